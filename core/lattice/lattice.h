@@ -1,0 +1,38 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/common/progress.h"
+#include "core/pseudo_volume/pseudo_volume.h"
+
+namespace isochor {
+
+/// What to do about cells that touch only along an edge or at a vertex (hinges).
+enum class Contacts { keep, fill, separate };
+
+struct LatticeOptions {
+  int cells = 24;        ///< along the box's longest edge, 2 to 256, at most voxels/2
+  double density = 0.5;  ///< a cell is kept when m(V)/M(V) exceeds it; 0 to 1
+  bool fill_holes = true;
+  bool largest_only = false;
+  Contacts contacts = Contacts::keep;
+  bool operator==(const LatticeOptions&) const = default;
+};
+
+/// Cubic cells, an even number on each axis, centred on the soup's box.
+struct Lattice {
+  Grid grid;
+  std::vector<float> density;      ///< m(V)/M(V) of every cell of the grid
+  std::vector<std::uint8_t> kept;  ///< 1 where the cell becomes five tetrahedra
+  std::int64_t kept_count = 0;
+  std::int64_t filled_count = 0;  ///< of these, added by hole filling (or Contacts::fill)
+  int components = 0;             ///< face-connected
+  std::int64_t edge_contacts = 0, vertex_contacts = 0;  ///< lattice edges and nodes where only those touch
+  Contacts contacts = Contacts::keep;                   ///< separate is carried out by make_tetrahedra
+};
+
+/// box: that of the soup. Throws invalid_argument when cells > voxels/2.
+Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOptions& options,
+                     Progress& progress);
+
+}  // namespace isochor

@@ -1,0 +1,71 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/embedding/embedding.h"
+#include "core/lattice/lattice.h"
+#include "core/mesh_input/inspect.h"
+#include "core/quality/quality.h"
+#include "core/smoothing/smoothing.h"
+
+namespace isochor {
+
+/// All parameters of meshing; the table in core/parameters names each field, its unit, range and meaning.
+struct MeshingOptions {
+  int voxels = DistanceFieldOptions{}.voxels;
+  PseudoVolumeOptions pseudo_volume;
+  LatticeOptions lattice;
+  SmoothingOptions smoothing;
+  bool operator==(const MeshingOptions&) const = default;
+};
+
+struct StageReport {
+  std::string_view name;  ///< distance_field, pseudo_volume, lattice, tetrahedra, smoothing, embedding
+  double ms = 0.0;        ///< of the computation, also when it was reused
+  bool reused = false;
+};
+
+/// Everything a person can look at. The stages are shared and never change once made.
+struct Model {
+  MeshingOptions options;
+  std::shared_ptr<const TriangleSoup> soup;
+  std::shared_ptr<const DistanceField> field;
+  std::shared_ptr<const PseudoVolume> pseudo_volume;
+  std::shared_ptr<const Lattice> lattice;
+  std::shared_ptr<const TetMesh> unsmoothed;
+  std::shared_ptr<const Smoothed> smoothed;
+  std::shared_ptr<const Embedding> embedding;
+  QualitySummary quality;
+  std::vector<StageReport> stages;
+  std::vector<std::string> warnings;  ///< each one says what, and what to change
+
+  const TetMesh& mesh() const { return smoothed->mesh; }
+};
+
+/// Counts and memory before anything is allocated.
+struct Estimate {
+  std::int64_t voxels = 0, max_cells = 0, max_tets = 0;
+  std::int64_t bytes = 0;  ///< peak, upper bound
+  double seconds = 0.0;    ///< rough, one thread
+};
+Estimate estimate(const TriangleSoup& soup, const MeshingOptions& options);
+
+/// Throws over_budget, naming the largest `voxels` or `cells` that fits into max_bytes.
+void check_budget(const TriangleSoup& soup, const MeshingOptions& options, std::int64_t max_bytes);
+
+/// Remembers each stage's last inputs and recomputes from the first stage that changed. Not thread-safe.
+class AuthoringPipeline {
+ public:
+  explicit AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup);
+  /// Throws invalid_argument, empty_result (nothing inside: the hint names values to try), over_budget,
+  /// cancelled; after a throw the stages that were finished are kept.
+  std::shared_ptr<const Model> run(const MeshingOptions& options, Progress& progress);
+
+ private:
+  std::shared_ptr<const TriangleSoup> soup_;
+  std::shared_ptr<const Model> last_;
+};
+
+}  // namespace isochor

@@ -1,0 +1,53 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/common/progress.h"
+#include "core/distance_field/distance_field.h"
+
+namespace isochor {
+
+/// Where a detected crossing takes effect (core/pseudo_volume/README.md has the measurements).
+enum class Crossing {
+  automatic,     ///< at_maximum, plus the at_threshold voxels that have no at_maximum voxel near
+  at_maximum,    ///< at the maximum of P that follows the detection
+  at_threshold,  ///< at the detecting voxel, the paper's letter
+};
+
+struct PseudoVolumeOptions {
+  double p_in_voxels = 1.0;      ///< d_in: distance, in voxels, below which P > P_in; 0.87 to 16
+  double p_subs_voxels = 1.5;    ///< d_subs ≥ d_in: a further crossing counts only beyond it; to 24
+  std::optional<double> p_in;    ///< the same as a probability; overrides p_in_voxels
+  std::optional<double> p_subs;  ///< overrides p_subs_voxels
+  int rays = 26;                 ///< 6, 14 or 26 directions
+  Crossing crossing = Crossing::automatic;
+  bool operator==(const PseudoVolumeOptions&) const = default;
+};
+
+/// Both forms of the thresholds: P = 1 − voxels·spacing/max_distance.
+struct Thresholds {
+  double p_in_voxels, p_subs_voxels;  ///< d in voxels
+  double p_in, p_subs;                ///< probabilities
+  double d_in, d_subs;                ///< model units
+};
+Thresholds resolve_thresholds(const DistanceField& field, const PseudoVolumeOptions& options);
+
+/// Padding that keeps rays outside and armed at the start: max(4, d_subs + 2), rounded up to 4, 8, 16, 28 so
+/// that moving a threshold seldom makes the distances stale.
+int required_padding(const PseudoVolumeOptions& options);
+
+struct PseudoVolume {
+  Grid grid;                         ///< that of the distance field
+  std::vector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel
+  std::vector<std::uint8_t> inside;  ///< 1 where the majority votes inside; a tie is outside
+  int rays = 0;
+  Thresholds thresholds{};
+  std::int64_t inside_count = 0;
+};
+
+/// Never fails on a valid field; an empty result is the caller's to judge.
+PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOptions& options,
+                                Progress& progress);
+
+}  // namespace isochor

@@ -1,0 +1,105 @@
+#include <algorithm>
+#include <numeric>
+
+#include "core/common/error.h"
+#include "core/lattice/lattice.h"
+#include "core/tetrahedra/tet_mesh.h"
+
+namespace isochor {
+namespace {
+
+/// Two triangles, as corner bits, outward, on face f of a cube: f = 2·axis + side.
+using FaceTriangles = std::array<std::array<std::array<int, 3>, 2>, 6>;
+
+// A face of a tet lies on face f of the cube when its three corners agree in the bit of the axis. A face
+// opposite vertex v of a positive tet, with the other three in this order, points outward.
+FaceTriangles make_face_triangles(int parity) {
+  static constexpr std::array<std::array<int, 3>, 4> outward{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+  FaceTriangles faces{};
+  std::array<int, 6> filled{};
+  for (const auto& tet : five_tets(parity)) {
+    for (const auto& local : outward) {
+      const std::array<int, 3> corners{tet[local[0]], tet[local[1]], tet[local[2]]};
+      for (int axis = 0; axis < 3; ++axis) {
+        const int side = corners[0] >> axis & 1;
+        if ((corners[1] >> axis & 1) != side || (corners[2] >> axis & 1) != side) continue;
+        const int face = 2 * axis + side;
+        faces[face][filled[face]++] = corners;
+      }
+    }
+  }
+  return faces;
+}
+
+const FaceTriangles& face_triangles(int parity) {
+  static const std::array<FaceTriangles, 2> tables{make_face_triangles(0), make_face_triangles(1)};
+  return tables[parity];
+}
+
+TetMesh assemble(const Grid& grid, const std::vector<std::uint8_t>& kept) {
+  TetMesh mesh;
+  mesh.grid = grid;
+  const Grid nodes{grid.size + Vec3i::Ones(), grid.spacing, grid.origin};
+  const auto is_kept = [&](int i, int j, int k) {
+    return grid.contains(i, j, k) && kept[grid.index(i, j, k)] != 0;
+  };
+
+  std::vector<std::int32_t> vertex_of_node(nodes.count(), -1);
+  for (int k = 0; k < nodes.size.z(); ++k)
+    for (int j = 0; j < nodes.size.y(); ++j)
+      for (int i = 0; i < nodes.size.x(); ++i) {
+        bool used = false;
+        for (int b = 0; b < 8 && !used; ++b) used = is_kept(i - (b & 1), j - (b >> 1 & 1), k - (b >> 2 & 1));
+        if (!used) continue;
+        vertex_of_node[nodes.index(i, j, k)] = static_cast<std::int32_t>(mesh.positions.size());
+        mesh.positions.push_back(grid.origin + grid.spacing * Vec3(i, j, k));
+        mesh.nodes.push_back({i, j, k});
+      }
+
+  for (int k = 0; k < grid.size.z(); ++k)
+    for (int j = 0; j < grid.size.y(); ++j)
+      for (int i = 0; i < grid.size.x(); ++i) {
+        if (!is_kept(i, j, k)) continue;
+        Cell cell{{}, {i, j, k}};
+        for (int b = 0; b < 8; ++b)
+          cell.corners[b] = vertex_of_node[nodes.index(i + (b & 1), j + (b >> 1 & 1), k + (b >> 2 & 1))];
+        for (const auto& tet : five_tets(cell.parity()))
+          mesh.tets.push_back(
+              {cell.corners[tet[0]], cell.corners[tet[1]], cell.corners[tet[2]], cell.corners[tet[3]]});
+        for (int face = 0; face < 6; ++face) {
+          std::array<int, 3> neighbor{i, j, k};
+          neighbor[face / 2] += face % 2 == 0 ? -1 : 1;
+          if (is_kept(neighbor[0], neighbor[1], neighbor[2])) continue;
+          for (const auto& triangle : face_triangles(cell.parity())[face])
+            mesh.surface.push_back(
+                {cell.corners[triangle[0]], cell.corners[triangle[1]], cell.corners[triangle[2]]});
+        }
+        mesh.cells.push_back(cell);
+      }
+  return mesh;
+}
+
+}  // namespace
+
+TetMesh make_tetrahedra(const Lattice& lattice) {
+  if (lattice.kept_count == 0)
+    throw Error(ErrorCode::empty_result, "no lattice cell is kept, so there are no tetrahedra",
+                "lower the density threshold or raise p_in_voxels");
+  return assemble(lattice.grid, lattice.kept);
+}
+
+TetMesh make_box_lattice(const Vec3i& cells, double cell_size, const Vec3& origin) {
+  if ((cells.array() < 1).any() || !(cell_size > 0.0))
+    throw Error(ErrorCode::invalid_argument, "a lattice body needs at least one cell of positive size");
+  const Grid grid{cells, cell_size, origin};
+  return assemble(grid, std::vector<std::uint8_t>(grid.count(), 1));
+}
+
+double total_volume(const TetMesh& mesh) {
+  return std::accumulate(mesh.tets.begin(), mesh.tets.end(), 0.0, [&](double sum, const Tet& t) {
+    return sum +
+           tet_volume(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]], mesh.positions[t[3]]);
+  });
+}
+
+}  // namespace isochor

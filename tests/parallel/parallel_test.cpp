@@ -1,0 +1,70 @@
+#include "core/parallel/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdint>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+namespace isochor {
+namespace {
+
+class Parallel : public testing::TestWithParam<int> {
+ protected:
+  void SetUp() override { set_thread_count(GetParam()); }
+  void TearDown() override { set_thread_count(0); }
+};
+
+TEST_P(Parallel, VisitsEveryIndexOnce) {
+  for (std::int64_t count : {0, 1, 7, 64, 1000}) {
+    std::vector<std::atomic<int>> visits(count);
+    parallel_for(count, 13, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) ++visits[i];
+    });
+    for (const auto& visit : visits) EXPECT_EQ(visit.load(), 1);
+  }
+}
+
+TEST_P(Parallel, SumsKeptAChunkAreTheSameBits) {
+  const std::int64_t count = 10007, grain = 100;
+  std::vector<double> partial((count + grain - 1) / grain);
+  parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) partial[begin / grain] += 1.0 / (1.0 + static_cast<double>(i));
+  });
+  set_thread_count(1);
+  std::vector<double> serial(partial.size());
+  parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) serial[begin / grain] += 1.0 / (1.0 + static_cast<double>(i));
+  });
+  EXPECT_EQ(std::accumulate(partial.begin(), partial.end(), 0.0),
+            std::accumulate(serial.begin(), serial.end(), 0.0));
+}
+
+TEST_P(Parallel, NestsAndRethrows) {
+  std::atomic<int> total{0};
+  parallel_for(10, 1, [&](std::int64_t, std::int64_t) {
+    parallel_for(10, 1, [&](std::int64_t, std::int64_t) { ++total; });
+  });
+  EXPECT_EQ(total.load(), 100);
+  EXPECT_THROW(parallel_for(10, 1,
+                            [](std::int64_t begin, std::int64_t) {
+                              if (begin == 5) throw std::runtime_error("five");
+                            }),
+               std::runtime_error);
+  parallel_for(10, 1, [&](std::int64_t, std::int64_t) { ++total; });
+  EXPECT_EQ(total.load(), 110);
+}
+
+TEST_P(Parallel, ManyShortRegions) {
+  std::atomic<std::int64_t> total{0};
+  for (int region = 0; region < 20000; ++region)
+    parallel_for(4, 1, [&](std::int64_t begin, std::int64_t) { total += begin; });
+  EXPECT_EQ(total.load(), 20000 * 6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 3, 8));
+
+}  // namespace
+}  // namespace isochor
