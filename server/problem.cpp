@@ -1,0 +1,29 @@
+#include "server/problem.h"
+
+namespace isochor {
+
+ProblemMapping problem_mapping(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::invalid_argument:
+      return {"invalid_argument", exit_usage, 422};
+    case ErrorCode::cannot_read:
+      return {"cannot_read", exit_cannot_read, 422};
+    case ErrorCode::cannot_write:
+      return {"cannot_write", exit_internal, 500};
+    case ErrorCode::unsupported_format:
+      return {"unsupported_format", exit_unsupported, 415};
+    case ErrorCode::empty_result:
+      return {"empty_result", exit_empty, 422};
+    case ErrorCode::quality_gate:
+      return {"quality_gate", exit_quality, 422};
+    case ErrorCode::over_budget:
+      return {"over_budget", exit_budget, 422};
+    case ErrorCode::cancelled:
+      return {"cancelled", exit_interrupted, 409};
+    case ErrorCode::internal:
+      break;
+  }
+  return {"internal", exit_internal, 500};
+}
+
+}  // namespace isochor
