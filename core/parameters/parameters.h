@@ -1,8 +1,10 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -11,6 +13,7 @@
 namespace isochor {
 
 using ParameterValue = std::variant<bool, std::int64_t, double, std::string>;
+using NamedValue = std::pair<std::string, ParameterValue>;
 
 /// One row of the table of parameters: the source of the command line's options, the API's JSON Schema, the
 /// page's controls and the docs.
@@ -21,26 +24,40 @@ struct Parameter {
   std::string_view stage;    ///< first stage that it makes stale
   std::string_view meaning;  ///< one sentence, with the consequence of more and less
   enum class Type { boolean, integer, number, choice } type;
-  double min = 0.0, max = 0.0, step = 0.0;  ///< numbers only
-  std::vector<std::string_view> choices;    ///< choice only
-  ParameterValue fallback;                  ///< the default, read from a default-constructed options struct
-  bool optional = false;                    ///< may be absent (p_in, p_subs: the probability form)
-  std::function<std::optional<ParameterValue>(const MeshingOptions&)> get;
-  std::function<void(MeshingOptions&, const ParameterValue&)> set;
+  double min = 0.0, max = 0.0, step = 0.0;     ///< numbers only
+  std::vector<std::string_view> choices = {};  ///< of a choice; of an integer that has only a few values
+  ParameterValue fallback = {};  ///< the default, read from a default-constructed options struct
+  bool optional = false;         ///< may be absent (p_in, p_subs: the probability form)
+  /// nullopt when absent. Of p_in and p_in_voxels (p_subs and p_subs_voxels) exactly one is present.
+  std::function<std::optional<ParameterValue>(const MeshingOptions&)> get = {};
+  /// Unchecked; set_parameter checks first. Setting one form of a threshold clears the other.
+  std::function<void(MeshingOptions&, const ParameterValue&)> set = {};
 };
 
 std::span<const Parameter> meshing_parameters();
 const Parameter* find_parameter(std::string_view name);
 
-/// Named sets of values, e.g. "thin" for sheets and foliage.
+/// Named sets of values, e.g. "thin" for sheets and foliage. They start from the defaults.
 struct Preset {
   std::string_view name, title, meaning;
-  std::vector<std::pair<std::string_view, ParameterValue>> values;
+  std::vector<NamedValue> values;
 };
 std::span<const Preset> meshing_presets();
+/// Throws invalid_argument that names the presets.
+MeshingOptions preset_options(std::string_view name);
 
-/// Throws invalid_argument that lists every faulty field with its range (pointer "/name").
+/// What is wrong with a value for this row: type, range or choice. An integral double counts as an integer.
+std::optional<ErrorDetail> check_value(const Parameter& parameter, const ParameterValue& value);
+
+/// Throws invalid_argument that lists every faulty or unknown field with its range (pointer "/name").
 void set_parameter(MeshingOptions& options, std::string_view name, const ParameterValue& value);
+/// Sets in the order of the table whatever the order given, then validates the whole; options stay as they
+/// were when it throws.
+void set_parameters(MeshingOptions& options, std::span<const NamedValue> values);
+/// Ranges, and the relations between fields: cells ≤ voxels/2, p_subs beyond p_in.
 void validate(const MeshingOptions& options);
+
+/// "voxels=128 p_in_voxels=1 …": every present value in table order, for comments in files and logs.
+std::string describe(const MeshingOptions& options);
 
 }  // namespace isochor
