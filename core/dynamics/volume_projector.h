@@ -23,10 +23,27 @@ struct BlockedParticle {
   Eigen::Matrix3d inverse_mass;
 };
 
+/// A particle in contact with a rigid body that is free to move: along the contact its displacement is that
+/// of the body, Δx = map·q, with q the body's small translation and rotation about its centre of mass.
+struct CarriedParticle {
+  std::int32_t particle;
+  Eigen::Matrix<double, 3, 6> map;  ///< (n·nᵀ)·(I, −[r]×) for a contact, (I, −[r]×) for an attachment
+};
+/// Adds B·W₆·Bᵀ to W, a term of rank six: the volume pushes the body as well as the particles, momentum kept.
+struct RigidCarrier {
+  std::span<const CarriedParticle> particles;  ///< their own W is blocked along map; they stand in `blocked`
+  Eigen::Matrix<double, 6, 6> inverse_mass;    ///< of the body with Σ mapᵀ·m·map of its particles added
+  Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();  ///< out: q, summed
+};
+
 struct ProjectionRequest {
   const Coordinates* start =
       nullptr;  ///< start-of-step positions: constraint directions are taken here (SHAKE)
   std::span<const BlockedParticle> blocked;
+  /// Out, one a blocked particle, or empty: Jᵀμ summed over the iterations (kg·m). Contacts read from it what
+  /// the volume presses on them, for friction and release.
+  std::span<Vec3> blocked_forces = {};
+  std::span<RigidCarrier> carriers = {};
   double tolerance = 1e-6;  ///< largest |V − V0|/V0 of a cell
   int max_iterations = 40;
 };
