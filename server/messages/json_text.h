@@ -1,0 +1,45 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/common/types.h"
+
+namespace isochor {
+
+/// Text of JSON written straight into a string, for what is too large or too frequent for a tree.
+/// Numbers are the shortest that read back the same; a value that is not finite becomes null.
+void append_json(std::string& out, double value);
+void append_json(std::string& out, float value);
+void append_json(std::string& out, std::int64_t value);
+void append_json(std::string& out, std::string_view text);  ///< quoted; invalid UTF-8 becomes U+FFFD
+void append_json(std::string& out, const Vec3& value);      ///< [x,y,z]
+
+void append_base64(std::string& out, std::span<const std::byte> bytes);
+
+/// The one form of bulk numbers: {"dtype":"float32","shape":[rows,columns],"data":"<base64, little-endian>"};
+/// columns 0 makes it one-dimensional.
+template <class T>
+void append_typed_array(std::string& out, std::span<const T> values, int columns);
+
+template <class T>
+constexpr std::string_view dtype_name() {
+  if constexpr (std::is_same_v<T, float>) return "float32";
+  if constexpr (std::is_same_v<T, double>) return "float64";
+  if constexpr (std::is_same_v<T, std::int32_t>) return "int32";
+  if constexpr (std::is_same_v<T, std::uint32_t>) return "uint32";
+  if constexpr (std::is_same_v<T, std::uint8_t>) return "uint8";
+}
+
+namespace detail {
+void append_typed_array(std::string& out, std::string_view dtype, std::span<const std::byte> bytes,
+                        std::size_t item_size, int columns);
+}
+
+template <class T>
+void append_typed_array(std::string& out, std::span<const T> values, int columns) {
+  detail::append_typed_array(out, dtype_name<T>(), std::as_bytes(values), sizeof(T), columns);
+}
+
+}  // namespace isochor
