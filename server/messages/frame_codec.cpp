@@ -35,7 +35,9 @@ class ObjectWriter {
   }
   void member(std::string_view name, bool value) { key(name) += value ? "true" : "false"; }
   void member(std::string_view name, int value) { append_json(key(name), std::int64_t{value}); }
-  void member(std::string_view name, const std::string& value) { append_json(key(name), std::string_view(value)); }
+  void member(std::string_view name, const std::string& value) {
+    append_json(key(name), std::string_view(value));
+  }
   void member(std::string_view name, const char* value) { append_json(key(name), std::string_view(value)); }
 
  private:
@@ -263,7 +265,8 @@ std::string encode_hello(const Simulation& simulation, const HelloOptions& optio
 }
 
 std::string encode_hello(const Simulation& simulation, Encoding encoding) {
-  return encode_hello(simulation, HelloOptions{.encoding = encoding, .simulation_id = {}, .topology_url = {}});
+  return encode_hello(simulation,
+                      HelloOptions{.encoding = encoding, .simulation_id = {}, .topology_url = {}});
 }
 
 std::string encode_frame_head(const Snapshot& frame, std::int64_t dropped) {

@@ -47,8 +47,8 @@ std::string encode_end(std::string_view reason, std::int64_t seq);
 /// [{"name","included","reason","bytes","ms"}, …]
 std::string encode_plan(std::span<const PlannedPhase> plan);
 std::string encode_metrics(const Metrics& metrics);
-/// [{"id","name","type",…}, …]: tets, cells and surface as nested numbers; rest_positions and masses in double
-/// precision (plain numbers with Encoding::array). A rigid body has its shape instead.
+/// [{"id","name","type",…}, …]: tets, cells and surface as nested numbers; rest_positions and masses in
+/// double precision (plain numbers with Encoding::array). A rigid body has its shape instead.
 std::string encode_bodies(std::span<const BodyTopology> bodies, Encoding encoding);
 
 }  // namespace isochor

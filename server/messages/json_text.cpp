@@ -21,7 +21,12 @@ void append_number(std::string& out, T value) {
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned lead = byte(0);
-  const std::size_t length = lead < 0x80 ? 1 : lead < 0xC2 ? 0 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : lead < 0xF5 ? 4 : 0;
+  const std::size_t length = lead < 0x80   ? 1
+                             : lead < 0xC2 ? 0
+                             : lead < 0xE0 ? 2
+                             : lead < 0xF0 ? 3
+                             : lead < 0xF5 ? 4
+                                           : 0;
   if (length == 0 || length > text.size()) return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((byte(i) & 0xC0) != 0x80) return 0;
@@ -122,7 +127,8 @@ void detail::append_typed_array(std::string& out, std::string_view dtype, std::s
   out += R"({"dtype":")";
   out += dtype;
   out += R"(","shape":[)";
-  append_json(out, static_cast<std::int64_t>(columns > 0 ? count / static_cast<std::size_t>(columns) : count));
+  append_json(out,
+              static_cast<std::int64_t>(columns > 0 ? count / static_cast<std::size_t>(columns) : count));
   if (columns > 0) {
     out += ',';
     append_json(out, std::int64_t{columns});

@@ -47,7 +47,10 @@ std::string dump(const Json& json) {
 }
 
 Json problem(int status, std::string_view code, std::string_view detail, std::string_view hint) {
-  Json json{{"type", "about:blank"}, {"title", status_title(status)}, {"status", status}, {"detail", detail},
+  Json json{{"type", "about:blank"},
+            {"title", status_title(status)},
+            {"status", status},
+            {"detail", detail},
             {"code", code}};
   if (!hint.empty()) json["hint"] = hint;
   return json;
