@@ -1,0 +1,61 @@
+#include "core/report/material_points.h"
+
+#include <algorithm>
+
+namespace isochor {
+namespace {
+
+TetMesh rest_mesh(const BodyTopology& body) {
+  TetMesh mesh = *body.mesh;
+  mesh.positions = body.rest_positions;
+  return mesh;
+}
+
+}  // namespace
+
+MaterialPoints choose_material_points(const std::vector<BodyTopology>& topology, int per_body) {
+  MaterialPoints points;
+  for (const BodyTopology& body : topology) {
+    MaterialPoints::Body chosen{body.id, {}};
+    if (body.deformable) {
+      const std::size_t cells = body.mesh->cells.size();
+      const std::size_t stride = std::max<std::size_t>(1, cells / std::max(1, per_body));
+      for (std::size_t c = 0; c < cells; c += stride) {
+        Vec3 center = Vec3::Zero();
+        for (std::int32_t corner : body.mesh->cells[c].corners) center += body.rest_positions[corner] / 8.0;
+        chosen.rest.push_back(center);
+      }
+    }
+    points.bodies.push_back(std::move(chosen));
+  }
+  return points;
+}
+
+PointTracker::PointTracker(const MaterialPoints& points, const std::vector<BodyTopology>& topology) {
+  Progress quiet;
+  for (const MaterialPoints::Body& body : points.bodies) {
+    Bound bound{body.id, {}, {}};
+    if (!body.rest.empty()) {
+      bound.rest = rest_mesh(topology.at(body.id));
+      bound.embedding = make_embedding(TriangleSoup{body.rest, {}}, bound.rest, quiet);
+    }
+    bodies_.push_back(std::move(bound));
+  }
+}
+
+std::vector<Vec3> PointTracker::locate(const Snapshot& snapshot) const {
+  std::vector<Vec3> located, body_points;
+  for (const Bound& body : bodies_) {
+    const BodySnapshot& state = snapshot.bodies.at(body.id);
+    if (body.embedding.tet.empty()) {
+      located.push_back(state.position);
+      continue;
+    }
+    body_points.resize(body.embedding.tet.size());
+    apply_embedding(body.embedding, body.rest, state.positions, body_points);
+    located.insert(located.end(), body_points.begin(), body_points.end());
+  }
+  return located;
+}
+
+}  // namespace isochor

@@ -1,0 +1,114 @@
+#include "core/report/meshing_report.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace isochor {
+namespace {
+
+template <class T>
+std::vector<T> axis(const std::vector<T>& values, T fallback) {
+  return values.empty() ? std::vector<T>{fallback} : values;
+}
+
+std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
+  const MeshingOptions& base = report.base;
+  const double subs_over_in = base.pseudo_volume.p_subs_voxels / base.pseudo_volume.p_in_voxels;
+  std::vector<MeshingOptions> grid;
+  for (int voxels : axis(report.axes.voxels, base.voxels))
+    for (double p_in : axis(report.axes.p_in_voxels, base.pseudo_volume.p_in_voxels))
+      for (int cells : axis(report.axes.cells, base.lattice.cells))
+        for (int iterations : axis(report.axes.smoothing_iterations, base.smoothing.iterations)) {
+          MeshingOptions options = base;
+          options.voxels = voxels;
+          options.pseudo_volume.p_in_voxels = p_in;
+          options.pseudo_volume.p_subs_voxels = p_in * subs_over_in;
+          options.lattice.cells = cells;
+          options.smoothing.iterations = iterations;
+          grid.push_back(options);
+        }
+  return grid;
+}
+
+MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshReport& input,
+                     const MeshingOptions& options, int repeats, Progress& progress) {
+  MeshingPoint point;
+  point.options = options;
+  std::vector<double> ms;
+  try {
+    for (int repeat = 0; repeat < std::max(1, repeats); ++repeat) {
+      AuthoringPipeline pipeline(soup);
+      const auto begin = std::chrono::steady_clock::now();
+      const auto model = pipeline.run(options, progress);
+      ms.push_back(
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+      point.quality = model->quality;
+      point.tets = static_cast<std::int64_t>(model->mesh().tets.size());
+      point.cells = static_cast<std::int64_t>(model->mesh().cells.size());
+      if (input.closed && input.volume != 0.0)
+        point.volume_error = (model->quality.volume - std::abs(input.volume)) / std::abs(input.volume);
+    }
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::cancelled) throw;
+    point.problem = error.what();
+  }
+  point.ms = spread_of(ms);
+  return point;
+}
+
+}  // namespace
+
+MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const MeshingReportOptions& options,
+                             Progress& progress) {
+  const std::vector<MeshingOptions> grid = meshing_grid(options);
+  const MeshReport input = inspect(*soup);
+  MeshingReport report;
+  try {
+    for (const MeshingOptions& settings : grid) {
+      const auto known = std::ranges::find(options.done, settings, &MeshingPoint::options);
+      report.points.push_back(
+          known != options.done.end() ? *known : measure(soup, input, settings, options.repeats, progress));
+      if (options.on_point) options.on_point(report);
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::cancelled) throw;
+    report.complete = false;
+  }
+  return report;
+}
+
+// The number of tets grows with the resolution but not monotonically (a finer lattice may lose a thin part),
+// so the candidates around the crossing are all looked at. A new resolution costs the lattice and what
+// follows only.
+MeshingOptions fit_tet_budget(AuthoringPipeline& pipeline, const MeshingOptions& base, std::int64_t tets,
+                              Progress& progress) {
+  MeshingOptions options = base, best = base;
+  std::int64_t best_distance = -1;
+  const int largest = std::min(256, base.voxels / 2);
+  const auto count = [&](int cells) -> std::int64_t {
+    options.lattice.cells = cells;
+    std::int64_t found = 0;
+    try {
+      found = static_cast<std::int64_t>(pipeline.run(options, progress)->mesh().tets.size());
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::empty_result) throw;
+      return 0;
+    }
+    const std::int64_t distance = std::abs(found - tets);
+    if (best_distance < 0 || distance < best_distance) best = options, best_distance = distance;
+    return found;
+  };
+  int low = 2, high = largest;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (count(middle) < tets ? low : high) = middle;
+  }
+  for (int cells = std::max(2, low - 2); cells <= std::min(largest, high + 2); ++cells) count(cells);
+  if (best_distance < 0)
+    throw Error(ErrorCode::empty_result, "no lattice resolution gives a model",
+                "raise p_in_voxels or lower the density threshold");
+  return best;
+}
+
+}  // namespace isochor

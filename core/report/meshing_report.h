@@ -1,0 +1,49 @@
+#pragma once
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/common/progress.h"
+#include "core/pipeline/pipeline.h"
+#include "core/report/fit.h"
+
+namespace isochor {
+
+/// The grid voxels × cells × smoothing × p_in_voxels; an empty axis takes the value of `base`.
+struct MeshingAxes {
+  std::vector<int> voxels, cells, smoothing_iterations;
+  std::vector<double> p_in_voxels;
+};
+
+struct MeshingPoint {
+  MeshingOptions options;
+  std::string problem;  ///< why there is no model; empty when there is one
+  QualitySummary quality;
+  std::optional<double> volume_error;  ///< (model − input)/input, for closed input
+  std::int64_t tets = 0, cells = 0;
+  Spread ms;  ///< from the soup to the tets, over the repeats
+};
+
+struct MeshingReport {
+  std::vector<MeshingPoint> points;
+  bool complete = true;  ///< false when cancelled
+};
+
+struct MeshingReportOptions {
+  MeshingOptions base;
+  MeshingAxes axes;
+  int repeats = 3;
+  std::vector<MeshingPoint> done;  ///< taken over from an earlier run
+  std::function<void(const MeshingReport&)> on_point;
+};
+
+MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const MeshingReportOptions& options,
+                             Progress& progress);
+
+/// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base. Throws
+/// empty_result when no resolution gives a model.
+MeshingOptions fit_tet_budget(AuthoringPipeline& pipeline, const MeshingOptions& base, std::int64_t tets,
+                              Progress& progress);
+
+}  // namespace isochor

@@ -1,0 +1,99 @@
+#pragma once
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/common/progress.h"
+#include "core/report/fit.h"
+#include "core/scene/scene.h"
+#include "core/scene/snapshot.h"
+
+namespace isochor {
+
+/// One point of the grid solver × step × tolerance × resolution.
+struct SceneSettings {
+  VolumeSolver solver = VolumeSolver::newton;
+  SpringIntegrator springs = SpringIntegrator::automatic;
+  int substeps = 0;  ///< a frame; 0: as many as stability asks for
+  double tolerance = 1e-6;
+  double resolution = 1.0;  ///< factor on the cells of every deformable body's lattice
+  bool operator==(const SceneSettings&) const = default;
+};
+
+/// The axes; an empty one takes the scene's own value.
+struct SceneAxes {
+  std::vector<VolumeSolver> solvers;
+  std::vector<SpringIntegrator> springs;
+  std::vector<int> substeps;
+  std::vector<double> tolerances;
+  std::vector<double> resolutions;
+};
+std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes);
+
+/// The scene with these settings. A lattice body's cell_size is divided as its cells are multiplied, its
+/// springs keep their modulus E = k/cell_size. Throws invalid_argument when another resolution of a meshed
+/// body meets springs in N/m.
+Scene apply_settings(const Scene& scene, const SceneSettings& settings);
+
+/// Errors over a run; lengths in metres, "max" over frames 1 to the last.
+struct SceneErrors {
+  double max_cell_volume = 0.0;  ///< largest |V − V0|/V0 of a cell
+  double total_volume = 0.0;     ///< largest |ΣV − ΣV0|/ΣV0
+  double trajectory_rms = 0.0;   ///< over material points and frames, distance from the reference
+  double trajectory_max = 0.0;
+  double linear_momentum =
+      0.0;  ///< largest |p − p_ref| / max(|p_ref|, M·L/T), L the scene's size, T its duration
+  double angular_momentum = 0.0;  ///< largest |L − L_ref| / max(|L_ref|, M·L²/T)
+  double energy = 0.0;  ///< largest |E − E_ref| / (max E_ref − min E_ref, or max kinetic where that is 0)
+  double max_penetration = 0.0;
+};
+
+enum class Outcome {
+  converged,   ///< every frame met the tolerance
+  infeasible,  ///< finite, but a frame fell short of the tolerance
+  blew_up,     ///< a position is not finite, or left the scene by a thousand times its size
+  failed,      ///< could not be compiled
+};
+
+struct ScenePoint {
+  SceneSettings settings;
+  Outcome outcome = Outcome::converged;
+  std::string reason;  ///< one sentence when not converged
+  SceneErrors errors;
+  Spread ms_per_step;    ///< a frame's worth of simulation: median over the frames, spread over the repeats
+  double seconds = 0.0;  ///< simulating the whole run, median of the repeats
+  int substeps = 0;      ///< largest of a frame
+  std::int64_t cells = 0, recoveries = 0, fallbacks = 0;
+};
+
+struct SceneReport {
+  std::string scene;
+  SceneSettings reference;  ///< what the errors are measured against
+  double reference_seconds = 0.0;
+  std::vector<ScenePoint> points;
+  bool complete = true;  ///< false when cancelled: what was done is here
+};
+
+struct SceneReportOptions {
+  SceneAxes axes;
+  int repeats = 3;
+  int reference_refinement = 16;  ///< substeps of the reference over the largest of the grid
+  double reference_tolerance = 1e-10;
+  int material_points = 256;  ///< followed a body
+  /// Points of an earlier run are taken over instead of being run again.
+  std::vector<ScenePoint> done;
+  /// Called after each point, so that a caller can keep what is done.
+  std::function<void(const SceneReport&)> on_point;
+  /// Called with each frame of a point's first repeat, and of the reference (index −1), for recordings.
+  std::function<void(int point, const Snapshot&)> on_frame;
+};
+
+/// Runs the grid against a reference at a far smaller step. Cancelling keeps what is done (complete = false).
+SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress);
+
+/// The point with the smallest trajectory error (then cell error) that converged within the budget.
+const ScenePoint* fit_budget(const SceneReport& report, double budget_ms);
+
+}  // namespace isochor
