@@ -62,7 +62,7 @@ def tube(path, radii, sides):
     for ring in range(len(path) - 1):
         for side in range(sides):
             a, b = ring * sides + side, ring * sides + (side + 1) % sides
-            faces.append([a, a + sides, b + sides, b])
+            faces.append([a, b, b + sides, a + sides])
     return positions, faces
 
 
