@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/common/progress.h"
@@ -50,6 +51,13 @@ struct SceneErrors {
   double max_penetration = 0.0;
 };
 
+/// The one table of the errors: JSON, CSV, the curves and the fitted orders all go through it.
+struct SceneErrorField {
+  std::string_view name, label;
+  double SceneErrors::*value;
+};
+std::span<const SceneErrorField> scene_error_fields();
+
 enum class Outcome {
   converged,   ///< every frame met the tolerance
   infeasible,  ///< finite, but a frame fell short of the tolerance
@@ -92,6 +100,16 @@ struct SceneReportOptions {
 
 /// Runs the grid against a reference at a far smaller step. Cancelling keeps what is done (complete = false).
 SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress);
+
+/// An order of convergence fitted over one axis, all other settings equal.
+struct FittedOrder {
+  std::string_view error;  ///< a SceneErrorField's name
+  std::string_view axis;   ///< "h" (seconds a substep), "tolerance" or "cell_size" (relative)
+  SceneSettings series;    ///< the settings that were equal; its value on the axis is that of the first point
+  double order = 0.0;
+  int points = 0;
+};
+std::vector<FittedOrder> fitted_orders(const SceneReport& report);
 
 /// The point with the smallest trajectory error (then cell error) that converged within the budget.
 const ScenePoint* fit_budget(const SceneReport& report, double budget_ms);

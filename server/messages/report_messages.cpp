@@ -1,0 +1,277 @@
+#include "server/messages/report_messages.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/parameters/parameters.h"
+#include "server/build_info.h"
+
+namespace isochor {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T, std::size_t N>
+using Names = std::array<std::pair<T, std::string_view>, N>;
+
+constexpr Names<VolumeSolver, 3> solver_names{{{VolumeSolver::newton, "newton"},
+                                               {VolumeSolver::scaling, "scaling"},
+                                               {VolumeSolver::gradient, "gradient"}}};
+constexpr Names<SpringIntegrator, 4> springs_names{{{SpringIntegrator::automatic, "auto"},
+                                                    {SpringIntegrator::symplectic, "symplectic"},
+                                                    {SpringIntegrator::implicit, "implicit"},
+                                                    {SpringIntegrator::energy_momentum, "energy_momentum"}}};
+constexpr Names<Outcome, 4> outcome_names{{{Outcome::converged, "converged"},
+                                           {Outcome::infeasible, "infeasible"},
+                                           {Outcome::blew_up, "blew_up"},
+                                           {Outcome::failed, "failed"}}};
+
+template <class T, std::size_t N>
+std::string_view name_of(const Names<T, N>& names, T value) {
+  for (const auto& [known, name] : names)
+    if (known == value) return name;
+  return "unknown";
+}
+
+template <class T, std::size_t N>
+T value_of(const Names<T, N>& names, const std::string& wanted) {
+  for (const auto& [value, name] : names)
+    if (name == wanted) return value;
+  throw Error(ErrorCode::cannot_read, "the report to resume names an unknown \"" + wanted + "\"",
+              "run it afresh into another folder");
+}
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+double number_from(const Json& json) {
+  return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+Json provenance(std::string_view kind, bool complete) {
+  const BuildInfo& info = build_info();
+  return {{"kind", kind},
+          {"complete", complete},
+          {"machine", info.machine},
+          {"compiler", info.compiler},
+          {"version", info.version},
+          {"commit", info.commit}};
+}
+
+Json to_json(const Spread& spread) {
+  return {{"median", number(spread.median)}, {"min", number(spread.min)}, {"max", number(spread.max)}};
+}
+
+Json to_json(const SceneSettings& settings) {
+  return {{"solver", solver_name(settings.solver)},
+          {"springs", springs_name(settings.springs)},
+          {"substeps", settings.substeps},
+          {"tolerance", settings.tolerance},
+          {"resolution", settings.resolution}};
+}
+
+Json to_json(const ScenePoint& point) {
+  Json errors;
+  for (const SceneErrorField& field : scene_error_fields())
+    errors[std::string(field.name)] = number(point.errors.*field.value);
+  return {{"settings", to_json(point.settings)},
+          {"outcome", outcome_name(point.outcome)},
+          {"reason", point.reason},
+          {"errors", std::move(errors)},
+          {"ms_per_step", to_json(point.ms_per_step)},
+          {"seconds", number(point.seconds)},
+          {"substeps", point.substeps},
+          {"cells", point.cells},
+          {"recoveries", point.recoveries},
+          {"fallbacks", point.fallbacks}};
+}
+
+ScenePoint point_from(const Json& json) {
+  ScenePoint point;
+  const Json& settings = json.at("settings");
+  point.settings = {value_of(solver_names, settings.at("solver")),
+                    value_of(springs_names, settings.at("springs")), settings.at("substeps"),
+                    settings.at("tolerance"), settings.at("resolution")};
+  point.outcome = value_of(outcome_names, json.at("outcome"));
+  point.reason = json.at("reason");
+  for (const SceneErrorField& field : scene_error_fields())
+    point.errors.*field.value = number_from(json.at("errors").at(std::string(field.name)));
+  const Json& ms = json.at("ms_per_step");
+  point.ms_per_step = {number_from(ms.at("median")), number_from(ms.at("min")), number_from(ms.at("max"))};
+  point.seconds = number_from(json.at("seconds"));
+  point.substeps = json.at("substeps"), point.cells = json.at("cells");
+  point.recoveries = json.at("recoveries"), point.fallbacks = json.at("fallbacks");
+  return point;
+}
+
+/// Points that blew up or failed have no place on a front.
+Json fronts(const SceneReport& report) {
+  Json result = Json::object();
+  for (const SceneErrorField& field : scene_error_fields()) {
+    std::vector<double> cost, error;
+    for (const ScenePoint& point : report.points) {
+      const bool usable = point.outcome == Outcome::converged || point.outcome == Outcome::infeasible;
+      cost.push_back(usable ? point.ms_per_step.median : std::numeric_limits<double>::quiet_NaN());
+      error.push_back(point.errors.*field.value);
+    }
+    result[std::string(field.name)] = pareto_front(cost, error);
+  }
+  return result;
+}
+
+/// RFC 4180: quoted where a comma, a quote or a line end stands in it.
+std::string csv_text(std::string_view text) {
+  if (text.find_first_of(",\"\n") == std::string_view::npos) return std::string(text);
+  std::string quoted = "\"";
+  for (char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+Json parameters_json(const MeshingOptions& options) {
+  Json json;
+  for (const Parameter& parameter : meshing_parameters())
+    if (const auto value = parameter.get(options))
+      std::visit([&](const auto& v) { json[std::string(parameter.name)] = v; }, *value);
+  return json;
+}
+
+}  // namespace
+
+std::string_view solver_name(VolumeSolver solver) {
+  return name_of(solver_names, solver);
+}
+std::string_view springs_name(SpringIntegrator springs) {
+  return name_of(springs_names, springs);
+}
+std::string_view outcome_name(Outcome outcome) {
+  return name_of(outcome_names, outcome);
+}
+
+std::string encode_scene_report(const SceneReport& report) {
+  Json json = provenance("scene", report.complete);
+  json["scene"] = report.scene;
+  json["reference"] = {{"settings", to_json(report.reference)},
+                       {"seconds", number(report.reference_seconds)}};
+  json["fields"] = Json::array();
+  for (const SceneErrorField& field : scene_error_fields())
+    json["fields"].push_back({{"name", field.name}, {"label", field.label}});
+  json["points"] = Json::array();
+  for (const ScenePoint& point : report.points) json["points"].push_back(to_json(point));
+  json["fronts"] = fronts(report);
+  json["orders"] = Json::array();
+  for (const FittedOrder& order : fitted_orders(report))
+    json["orders"].push_back({{"error", order.error},
+                              {"axis", order.axis},
+                              {"series", to_json(order.series)},
+                              {"order", number(order.order)},
+                              {"points", order.points}});
+  return json.dump(1) + '\n';
+}
+
+std::string encode_scene_csv(const SceneReport& report) {
+  std::string csv = "solver,springs,substeps,tolerance,resolution,outcome";
+  for (const SceneErrorField& field : scene_error_fields()) csv += fmt::format(",{}", field.name);
+  csv += ",ms_per_step,ms_min,ms_max,seconds,cells,recoveries,fallbacks,reason\n";
+  for (const ScenePoint& p : report.points) {
+    csv += fmt::format("{},{},{},{},{},{}", solver_name(p.settings.solver), springs_name(p.settings.springs),
+                       p.settings.substeps, p.settings.tolerance, p.settings.resolution,
+                       outcome_name(p.outcome));
+    for (const SceneErrorField& field : scene_error_fields())
+      csv += fmt::format(",{}", p.errors.*field.value);
+    csv += fmt::format(",{},{},{},{},{},{},{},{}\n", p.ms_per_step.median, p.ms_per_step.min,
+                       p.ms_per_step.max, p.seconds, p.cells, p.recoveries, p.fallbacks, csv_text(p.reason));
+  }
+  return csv;
+}
+
+std::vector<ScenePoint> decode_scene_points(std::string_view json) {
+  try {
+    std::vector<ScenePoint> points;
+    const Json report = Json::parse(json);
+    for (const Json& point : report.at("points")) points.push_back(point_from(point));
+    return points;
+  } catch (const Json::exception& fault) {
+    throw Error(ErrorCode::cannot_read,
+                std::string("the report to resume is not one of ours: ") + fault.what(),
+                "run it afresh into another folder");
+  }
+}
+
+std::string encode_meshing_report(const MeshingReport& report, std::string_view input) {
+  Json json = provenance("meshing", report.complete);
+  json["input"] = input;
+  json["points"] = Json::array();
+  for (const MeshingPoint& p : report.points) {
+    const QualitySummary& q = p.quality;
+    json["points"].push_back({{"parameters", parameters_json(p.options)},
+                              {"problem", p.problem},
+                              {"cells", p.cells},
+                              {"tets", p.tets},
+                              {"ms", to_json(p.ms)},
+                              {"volume", number(q.volume)},
+                              {"volume_error", p.volume_error ? number(*p.volume_error) : Json(nullptr)},
+                              {"boundary_to_input", number(q.boundary_to_input)},
+                              {"input_to_boundary", number(q.input_to_boundary)},
+                              {"coverage", number(q.coverage)},
+                              {"min_dihedral_deg", number(q.min_dihedral_deg)},
+                              {"min_scaled_jacobian", number(q.min_scaled_jacobian)},
+                              {"inverted", q.inverted}});
+  }
+  return json.dump(1) + '\n';
+}
+
+std::string encode_meshing_csv(const MeshingReport& report) {
+  std::string csv =
+      "voxels,p_in_voxels,cells,smoothing_iterations,lattice_cells,tets,ms,ms_min,ms_max,volume,volume_error,"
+      "boundary_to_input,input_to_boundary,coverage,min_dihedral_deg,inverted,problem\n";
+  for (const MeshingPoint& p : report.points) {
+    const QualitySummary& q = p.quality;
+    csv +=
+        fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.options.voxels,
+                    p.options.pseudo_volume.p_in_voxels, p.options.lattice.cells,
+                    p.options.smoothing.iterations, p.cells, p.tets, p.ms.median, p.ms.min, p.ms.max,
+                    q.volume, p.volume_error ? fmt::format("{}", *p.volume_error) : "", q.boundary_to_input,
+                    q.input_to_boundary, q.coverage, q.min_dihedral_deg, q.inverted, csv_text(p.problem));
+  }
+  return csv;
+}
+
+std::string encode_stability(const StabilityReport& report) {
+  Json json = provenance("stability", report.complete);
+  json["passed"] = report.passed();
+  json["cases"] = Json::array();
+  for (const StabilityResult& r : report.results) {
+    Json row{{"group", r.group},
+             {"name", r.name},
+             {"passed", r.passed},
+             {"outcome", r.outcome},
+             {"tolerance", r.tolerance},
+             {"max_cell_volume_error", number(r.max_cell_volume_error)},
+             {"total_volume_error", number(r.total_volume_error)},
+             {"energy_ratio", number(r.energy_ratio)},
+             {"momentum_drift", number(r.momentum_drift)},
+             {"inverted", r.inverted},
+             {"recoveries", r.recoveries},
+             {"fallbacks", r.fallbacks},
+             {"seconds", number(r.seconds)}};
+    if (r.h > 0.0) row["stiffness"] = r.stiffness, row["h"] = r.h;
+    json["cases"].push_back(std::move(row));
+  }
+  return json.dump(1) + '\n';
+}
+
+std::string encode_settings(const SceneSettings& settings) {
+  const Json json{{"solver",
+                   {{"volume", solver_name(settings.solver)},
+                    {"springs", springs_name(settings.springs)},
+                    {"substeps", settings.substeps > 0 ? Json(settings.substeps) : Json("auto")},
+                    {"tolerance", settings.tolerance}}},
+                  {"resolution", settings.resolution}};
+  return json.dump(1) + '\n';
+}
+
+}  // namespace isochor

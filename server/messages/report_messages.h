@@ -1,0 +1,33 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/report/meshing_report.h"
+#include "core/report/scene_report.h"
+#include "core/report/stability.h"
+
+namespace isochor {
+
+/// {"kind":"scene", "scene", "complete", "machine", "compiler", "commit", "reference", "points":[…],
+///  "fronts":{error:[indices of points]}, "orders":[…], "fields":[{name,label}]}. Not-a-number becomes null.
+std::string encode_scene_report(const SceneReport& report);
+/// One row a point, the settings first.
+std::string encode_scene_csv(const SceneReport& report);
+/// The points of an encoded report, to resume it. Throws cannot_read.
+std::vector<ScenePoint> decode_scene_points(std::string_view json);
+
+std::string encode_meshing_report(const MeshingReport& report, std::string_view input);
+std::string encode_meshing_csv(const MeshingReport& report);
+
+std::string encode_stability(const StabilityReport& report);
+
+/// The solver's settings as a params file: {"solver":{…},"resolution":…}.
+std::string encode_settings(const SceneSettings& settings);
+
+/// Names as in scenes.
+std::string_view solver_name(VolumeSolver solver);
+std::string_view springs_name(SpringIntegrator springs);
+std::string_view outcome_name(Outcome outcome);
+
+}  // namespace isochor
