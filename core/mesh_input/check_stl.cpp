@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/common/error.h"
+#include "core/mesh_input/check.h"
+#include "core/mesh_input/text_scanner.h"
+
+namespace isochor {
+namespace {
+
+constexpr std::size_t header_bytes = 80, record_bytes = 50;
+
+std::uint32_t binary_count(std::span<const char> bytes) {
+  std::uint32_t count = 0;
+  if (bytes.size() >= header_bytes + sizeof count)
+    std::memcpy(&count, bytes.data() + header_bytes, sizeof count);
+  return count;
+}
+
+std::size_t binary_size(std::uint32_t count) {
+  return header_bytes + sizeof count + record_bytes * std::size_t{count};
+}
+
+void check_record(std::span<const char> bytes, std::size_t begin) {
+  for (std::size_t byte = begin + 12; byte < begin + 48; byte += sizeof(float)) {
+    float coordinate = 0.0F;
+    std::memcpy(&coordinate, bytes.data() + byte, sizeof coordinate);
+    if (!(std::abs(coordinate) <= largest_coordinate))
+      throw Error(ErrorCode::cannot_read,
+                  fmt::format("byte {}: the coordinate {} is not finite or too large", byte, coordinate),
+                  "repair or remove this triangle");
+  }
+}
+
+CheckedMesh check_binary(std::span<const char> bytes) {
+  const std::uint32_t count = binary_count(bytes);
+  if (bytes.size() != binary_size(count))
+    throw Error(
+        ErrorCode::cannot_read,
+        fmt::format("byte {}: the header claims {} triangles, which take {} bytes, but the file has {}",
+                    header_bytes, count, binary_size(count), bytes.size()),
+        bytes.size() < binary_size(count) ? "the file is truncated: export it again"
+                                          : "export the file again");
+  for (std::size_t i = 0; i < count; ++i) check_record(bytes, binary_size(0) + record_bytes * i);
+  CheckedMesh mesh{std::string(bytes.data(), bytes.size()), 3 * std::int64_t{count}, count};
+  // A binary header may say "solid" too; blank, it cannot be taken for text.
+  mesh.plain.replace(0, header_bytes, header_bytes, '\0');
+  return mesh;
+}
+
+class AsciiStlCheck {
+ public:
+  explicit AsciiStlCheck(std::span<const char> bytes) : scanner_(bytes) { mesh_.plain.reserve(bytes.size()); }
+
+  CheckedMesh run() {
+    mesh_.plain = "solid \n";
+    bool in_solid = false;
+    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
+      if (!in_solid && word == "solid") {
+        in_solid = true;
+        while (!scanner_.token().empty()) continue;  // the name
+      } else if (in_solid && word == "endsolid") {
+        in_solid = false;
+        while (!scanner_.token().empty()) continue;
+      } else if (in_solid && word == "facet") {
+        facet();
+      } else {
+        scanner_.fail(in_solid ? "expected facet or endsolid" : "expected solid");
+      }
+    }
+    if (in_solid) scanner_.fail("the file ends inside a solid", "the file is truncated: export it again");
+    mesh_.plain += "endsolid\n";
+    return std::move(mesh_);
+  }
+
+ private:
+  void expect(std::string_view wanted) {
+    if (scanner_.word() != wanted)
+      scanner_.fail(fmt::format("expected {}", wanted), "the file may be truncated");
+  }
+
+  void facet() {
+    expect("normal");
+    for (int axis = 0; axis < 3; ++axis) scanner_.word();  // may be anything, nan too
+    expect("outer");
+    expect("loop");
+    mesh_.plain += "facet\n";
+    for (int corner = 0; corner < 3; ++corner) {
+      expect("vertex");
+      mesh_.plain += "vertex";
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::string_view coordinate = scanner_.word();
+        scanner_.check_coordinate(coordinate);
+        mesh_.plain += ' ';
+        mesh_.plain += coordinate;
+      }
+      mesh_.plain += '\n';
+    }
+    expect("endloop");
+    expect("endfacet");
+    mesh_.plain += "endfacet\n";
+    mesh_.vertices += 3, ++mesh_.polygons;
+  }
+
+  TextScanner scanner_;
+  CheckedMesh mesh_;
+};
+
+bool starts_with_solid(std::span<const char> bytes) {
+  const std::string_view text(bytes.data(), bytes.size());
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  return begin != std::string_view::npos && text.substr(begin).starts_with("solid");
+}
+
+}  // namespace
+
+CheckedMesh check_stl(std::span<const char> bytes) {
+  // The word "solid" starts many binary files as well, so the size decides first.
+  const bool sized_as_binary =
+      bytes.size() >= binary_size(0) && bytes.size() == binary_size(binary_count(bytes));
+  if (!sized_as_binary && starts_with_solid(bytes)) return AsciiStlCheck(bytes).run();
+  if (bytes.size() < binary_size(0))
+    throw Error(ErrorCode::cannot_read,
+                fmt::format("byte {}: this is no STL file, or cut short", bytes.size()),
+                "export the file again");
+  return check_binary(bytes);
+}
+
+}  // namespace isochor

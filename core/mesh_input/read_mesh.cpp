@@ -1,0 +1,83 @@
+#include "core/mesh_input/read_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <string>
+
+#include "core/common/error.h"
+#include "core/mesh_input/polygon_soup.h"
+
+namespace isochor {
+namespace {
+
+CheckedMesh check(std::span<const char> bytes, MeshFormat format) {
+  switch (format) {
+    case MeshFormat::obj:
+      return check_obj(bytes);
+    case MeshFormat::stl:
+      return check_stl(bytes);
+    case MeshFormat::ply:
+      return check_ply(bytes);
+    case MeshFormat::off:
+      return check_off(bytes);
+    case MeshFormat::glb:
+      break;
+  }
+  throw Error(ErrorCode::unsupported_format, "GLB is not a polygon text or table format");
+}
+
+std::string read_bytes(const std::filesystem::path& path) {
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(path, failure))
+    throw Error(ErrorCode::cannot_read, fmt::format("{}: no such file", path.string()), "check the path");
+  std::string bytes(std::filesystem::file_size(path), '\0');
+  std::ifstream in(path, std::ios::binary);
+  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+    throw Error(ErrorCode::cannot_read, fmt::format("{}: cannot be read", path.string()),
+                "check its permissions");
+  return bytes;
+}
+
+}  // namespace
+
+MeshFormat mesh_format(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".obj") return MeshFormat::obj;
+  if (extension == ".stl") return MeshFormat::stl;
+  if (extension == ".ply") return MeshFormat::ply;
+  if (extension == ".off") return MeshFormat::off;
+  if (extension == ".glb") return MeshFormat::glb;
+  throw Error(ErrorCode::unsupported_format,
+              fmt::format("{}: \"{}\" is not a mesh format that is read here", path.string(), extension),
+              "use OBJ, STL, PLY, OFF or GLB");
+}
+
+TriangleSoup read_mesh(const std::filesystem::path& path, Progress& progress) {
+  const MeshFormat format = mesh_format(path);
+  const std::string bytes = read_bytes(path);
+  try {
+    return read_mesh(bytes, format, progress);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::cancelled) throw;
+    throw Error(error.code(), fmt::format("{}: {}", path.string(), error.what()), error.hint());
+  }
+}
+
+TriangleSoup read_mesh(std::span<const char> bytes, MeshFormat format, Progress& progress) {
+  progress.report("reading", 0.0);
+  const CheckedMesh mesh = check(bytes, format);
+  progress.throw_if_cancelled();
+  if (mesh.polygons == 0)
+    throw Error(ErrorCode::empty_result, "the mesh has no triangle",
+                mesh.vertices > 0 ? "point clouds have no surface: reconstruct one first" : "");
+  TriangleSoup soup = triangulate(read_with_cgal(mesh, format, progress), progress);
+  progress.report("reading", 1.0);
+  return soup;
+}
+
+}  // namespace isochor

@@ -1,0 +1,102 @@
+#include "core/mesh_input/text_scanner.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "core/common/error.h"
+
+namespace isochor {
+namespace {
+
+bool is_space(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+}
+
+/// Bytes of a file made fit to be shown.
+std::string printable(std::string_view token) {
+  std::string shown;
+  for (char c : token.substr(0, 40)) shown += c >= ' ' && c <= '~' ? c : '?';
+  return shown;
+}
+
+}  // namespace
+
+bool parse_number(std::string_view token, double& value) {
+  if (!token.empty() && token.front() == '+') token.remove_prefix(1);
+  if (token.empty() || token.front() == '+') return false;
+  const char* end = token.data() + token.size();
+  const auto [stop, error] = std::from_chars(token.data(), end, value);
+  if (stop != end) return false;
+  if (error == std::errc::result_out_of_range) {
+    // Too large, or too small and then as good as zero: the exponent's sign tells.
+    const std::size_t exponent = token.find_first_of("eE");
+    const bool tiny = exponent == std::string_view::npos ? token.find_first_of("123456789") > token.find('.')
+                                                         : token.substr(exponent + 1).starts_with('-');
+    value = tiny ? 0.0 : HUGE_VAL;
+    return true;
+  }
+  return error == std::errc{};
+}
+
+bool parse_integer(std::string_view token, std::int64_t& value) {
+  if (!token.empty() && token.front() == '+') token.remove_prefix(1);
+  const char* end = token.data() + token.size();
+  const auto [stop, error] = std::from_chars(token.data(), end, value);
+  return error == std::errc{} && stop == end;
+}
+
+bool TextScanner::next_line() {
+  if (rest_.empty()) return false;
+  const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+  line_ = rest_.substr(0, end);
+  rest_.remove_prefix(std::min(end + 1, rest_.size()));
+  ++line_number_;
+  return true;
+}
+
+std::string_view TextScanner::token() {
+  std::size_t begin = 0;
+  while (begin < line_.size() && is_space(line_[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < line_.size() && !is_space(line_[end])) ++end;
+  const std::string_view token = line_.substr(begin, end - begin);
+  line_.remove_prefix(end);
+  return token;
+}
+
+std::string_view TextScanner::word() {
+  for (;;) {
+    if (const std::string_view found = token(); !found.empty()) return found;
+    if (!next_line()) return {};
+  }
+}
+
+void TextScanner::strip_comment(char mark) {
+  line_ = line_.substr(0, line_.find(mark));
+}
+
+void TextScanner::check_coordinate(std::string_view token) const {
+  double value = 0.0;
+  if (token.empty()) fail("a coordinate is missing", "the file may be truncated");
+  if (!parse_number(token, value)) fail(fmt::format("\"{}\" is not a number", printable(token)));
+  if (!std::isfinite(value)) fail("a coordinate is not finite", "repair or remove this vertex");
+  if (std::abs(value) > largest_coordinate)
+    fail(fmt::format("the coordinate {} is too large", printable(token)),
+         fmt::format("scale the model so that coordinates stay below {:g}", largest_coordinate));
+}
+
+std::int64_t TextScanner::integer(std::string_view token) const {
+  std::int64_t value = 0;
+  if (token.empty()) fail("a whole number is missing", "the file may be truncated");
+  if (!parse_integer(token, value)) fail(fmt::format("\"{}\" is not a whole number", printable(token)));
+  return value;
+}
+
+void TextScanner::fail(const std::string& what, const std::string& hint) const {
+  throw Error(ErrorCode::cannot_read, fmt::format("line {}: {}", line_number_, what), hint);
+}
+
+}  // namespace isochor
