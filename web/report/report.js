@@ -1,0 +1,95 @@
+// Draws the report that stands in this document.
+import { error_curves, failed_color, group_series, series_name } from 'curves';
+
+const report = JSON.parse(document.getElementById('report').textContent);
+const content = document.getElementById('content');
+
+function add(parent, tag, text = '', attributes = {}) {
+  const element = document.createElement(tag);
+  element.textContent = text;
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  parent.append(element);
+  return element;
+}
+
+const digits = (value) => (value == null ? '–' : value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e5 ? value.toExponential(1) : Number(value.toPrecision(3)).toString());
+
+function table(title, head, rows, row_class = () => '') {
+  add(content, 'h2', title);
+  const element = add(add(content, 'div', '', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title }), 'table');
+  const header = add(add(element, 'thead'), 'tr');
+  for (const name of head) add(header, 'th', name, { scope: 'col' });
+  const body = add(element, 'tbody');
+  rows.forEach((row, index) => {
+    const line = add(body, 'tr', '', { class: row_class(index) });
+    for (const cell of row) add(line, 'td', typeof cell === 'number' || cell == null ? digits(cell) : cell, typeof cell === 'string' ? { class: 'text' } : {});
+  });
+}
+
+function legend(parent, entries) {
+  const list = add(parent, 'ul', '', { class: 'legend' });
+  for (const [name, color] of entries) {
+    const item = add(list, 'li');
+    add(item, 'span').style.background = color;
+    item.append(name);
+  }
+}
+
+function draw_scene() {
+  const outcomes = { converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed' };
+  legend(content, [...group_series(report.points).map((g) => [g.name, g.color]), ['Pareto front', '#888f94'], ['blew up or failed', failed_color]]);
+  const charts = add(content, 'div', '', { class: 'charts' });
+  const ink = getComputedStyle(document.body).getPropertyValue('--soft').trim();
+  for (const { name, label } of report.fields) {
+    const figure = add(charts, 'figure');
+    add(figure, 'figcaption', label);
+    if (report.points.every((p) => !p.errors[name])) { add(figure, 'p', 'Zero at every point.'); continue; }
+    error_curves(figure, report, name, { width: Math.max(300, figure.clientWidth - 26), height: 280, ink });
+    const orders = report.orders.filter((o) => o.error === name && o.points > 2);
+    for (const o of orders) add(figure, 'p', `order ${o.order.toFixed(2)} in ${o.axis}: ${series_name(o.series)}, ${o.points} points`);
+  }
+  const front = new Set(report.fronts.trajectory_rms);
+  table('Points (the front of the trajectory error is marked)',
+    ['settings', 'substeps', 'ms a step', 'min – max', ...report.fields.map((f) => f.name), 'outcome'],
+    report.points.map((p) => [series_name(p.settings), p.substeps, p.ms_per_step.median,
+      `${digits(p.ms_per_step.min)} – ${digits(p.ms_per_step.max)}`, ...report.fields.map((f) => p.errors[f.name]),
+      p.reason ? `${outcomes[p.outcome]}: ${p.reason}` : outcomes[p.outcome]]),
+    (index) => (front.has(index) ? 'front' : ''));
+  if (report.orders.length > 0)
+    table('Orders of convergence', ['error', 'axis', 'order', 'points', 'series'],
+      report.orders.map((o) => [o.error, o.axis, o.order, o.points, series_name(o.series)]));
+}
+
+function draw_meshing() {
+  table(`Meshing ${report.input}`, ['voxels', 'P_in (voxels)', 'cells', 'smoothing', 'tets', 'ms', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted', ''],
+    report.points.map((p) => [p.parameters.voxels, p.parameters.p_in_voxels, p.parameters.cells, p.parameters.smoothing_iterations, p.tets, p.ms.median, p.volume_error, p.boundary_to_input, p.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted, p.problem]));
+}
+
+function draw_stability() {
+  const map = report.cases.filter((c) => c.h != null);
+  const steps = [...new Set(map.map((c) => c.h))].sort((a, b) => a - b);
+  const stiffness = [...new Set(map.map((c) => c.stiffness))].sort((a, b) => a - b);
+  add(content, 'h2', 'Stiffness k (N/m) over step h (s): largest cell volume error');
+  const element = add(add(content, 'div', '', { class: 'scroll map', tabindex: '0' }), 'table');
+  const header = add(add(element, 'thead'), 'tr');
+  for (const name of ['k \\ h', ...steps.map(digits)]) add(header, 'th', name, { scope: 'col' });
+  const body = add(element, 'tbody');
+  for (const k of stiffness) {
+    const line = add(body, 'tr');
+    add(line, 'th', digits(k), { scope: 'row' });
+    for (const h of steps) {
+      const cases = map.filter((c) => c.h === h && c.stiffness === k);
+      const passed = cases.every((c) => c.passed);
+      add(line, 'td', `${passed ? '✓' : '✗'} ${digits(Math.max(...cases.map((c) => c.max_cell_volume_error)))}`,
+        { class: passed ? 'good' : 'bad', title: cases.map((c) => `${c.name}: ${c.outcome}`).join('\n') });
+    }
+  }
+  table('Cases', ['case', 'passed', 'largest cell error', 'energy ratio', 'inverted', 'recoveries', 's', 'outcome'],
+    report.cases.map((c) => [`${c.group}: ${c.name}`, c.passed ? '✓' : '✗', c.max_cell_volume_error, c.energy_ratio, c.inverted, c.recoveries, c.seconds, c.outcome]));
+}
+
+const titles = { scene: () => `Error against run time: ${report.scene}`, meshing: () => `Meshing: ${report.input}`, stability: () => 'Stability' };
+document.title = document.getElementById('title').textContent = titles[report.kind]();
+document.getElementById('provenance').textContent = `${report.machine} · ${report.compiler} · Isochor ${report.version} (${report.commit})`;
+document.getElementById('incomplete').hidden = report.complete;
+({ scene: draw_scene, meshing: draw_meshing, stability: draw_stability })[report.kind]();
