@@ -74,11 +74,25 @@ Json to_json(const SceneSettings& settings) {
           {"resolution", settings.resolution}};
 }
 
+/// Points that differ in the step only are one curve.
+std::string series_name(const SceneSettings& s) {
+  std::string name =
+      fmt::format("{} · {} · {:.0e}", solver_name(s.solver), springs_name(s.springs), s.tolerance);
+  return s.resolution == 1.0 ? name : name + fmt::format(" · ×{:g}", s.resolution);
+}
+
+/// Points that differ in the lattice only are one curve.
+std::string series_name(const MeshingOptions& options) {
+  return fmt::format("{} voxels · P_in {:g} · {} × smoothed", options.voxels,
+                     options.pseudo_volume.p_in_voxels, options.smoothing.iterations);
+}
+
 Json to_json(const ScenePoint& point) {
   Json errors;
   for (const SceneErrorField& field : scene_error_fields())
     errors[std::string(field.name)] = number(point.errors.*field.value);
   return {{"settings", to_json(point.settings)},
+          {"series", series_name(point.settings)},
           {"outcome", outcome_name(point.outcome)},
           {"reason", point.reason},
           {"errors", std::move(errors)},
@@ -108,17 +122,19 @@ ScenePoint point_from(const Json& json) {
   return point;
 }
 
-/// Points that blew up or failed have no place on a front.
-Json fronts(const SceneReport& report) {
+/// {error: [indices of points]}, from encoded points. Those that blew up or failed have no place on a front.
+Json fronts(const Json& fields, const Json& points) {
   Json result = Json::object();
-  for (const SceneErrorField& field : scene_error_fields()) {
+  for (const Json& field : fields) {
+    const std::string name = field.at("name");
     std::vector<double> cost, error;
-    for (const ScenePoint& point : report.points) {
-      const bool usable = point.outcome == Outcome::converged || point.outcome == Outcome::infeasible;
-      cost.push_back(usable ? point.ms_per_step.median : std::numeric_limits<double>::quiet_NaN());
-      error.push_back(point.errors.*field.value);
+    for (const Json& point : points) {
+      const bool usable = point.at("outcome") == "converged" || point.at("outcome") == "infeasible";
+      cost.push_back(usable ? number_from(point.at("ms_per_step").at("median"))
+                            : std::numeric_limits<double>::quiet_NaN());
+      error.push_back(number_from(point.at("errors").at(name)));
     }
-    result[std::string(field.name)] = pareto_front(cost, error);
+    result[name] = pareto_front(cost, error);
   }
   return result;
 }
@@ -161,12 +177,12 @@ std::string encode_scene_report(const SceneReport& report) {
     json["fields"].push_back({{"name", field.name}, {"label", field.label}});
   json["points"] = Json::array();
   for (const ScenePoint& point : report.points) json["points"].push_back(to_json(point));
-  json["fronts"] = fronts(report);
+  json["fronts"] = fronts(json["fields"], json["points"]);
   json["orders"] = Json::array();
   for (const FittedOrder& order : fitted_orders(report))
     json["orders"].push_back({{"error", order.error},
                               {"axis", order.axis},
-                              {"series", to_json(order.series)},
+                              {"series", series_name(order.series)},
                               {"order", number(order.order)},
                               {"points", order.points}});
   return json.dump(1) + '\n';
@@ -204,23 +220,33 @@ std::vector<ScenePoint> decode_scene_points(std::string_view json) {
 std::string encode_meshing_report(const MeshingReport& report, std::string_view input) {
   Json json = provenance("meshing", report.complete);
   json["input"] = input;
+  json["fields"] = {{{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
+                    {{"name", "input_to_boundary"}, {"label", "distance from the input to the boundary"}},
+                    {{"name", "volume"}, {"label", "volume error (closed input)"}}};
   json["points"] = Json::array();
   for (const MeshingPoint& p : report.points) {
     const QualitySummary& q = p.quality;
-    json["points"].push_back({{"parameters", parameters_json(p.options)},
-                              {"problem", p.problem},
-                              {"cells", p.cells},
-                              {"tets", p.tets},
-                              {"ms", to_json(p.ms)},
-                              {"volume", number(q.volume)},
-                              {"volume_error", p.volume_error ? number(*p.volume_error) : Json(nullptr)},
-                              {"boundary_to_input", number(q.boundary_to_input)},
-                              {"input_to_boundary", number(q.input_to_boundary)},
-                              {"coverage", number(q.coverage)},
-                              {"min_dihedral_deg", number(q.min_dihedral_deg)},
-                              {"min_scaled_jacobian", number(q.min_scaled_jacobian)},
-                              {"inverted", q.inverted}});
+    json["points"].push_back(
+        {{"settings", parameters_json(p.options)},
+         {"series", series_name(p.options)},
+         {"outcome", p.problem.empty() ? "converged" : "failed"},
+         {"reason", p.problem},
+         {"errors",
+          {{"boundary_to_input", number(q.boundary_to_input)},
+           {"input_to_boundary", number(q.input_to_boundary)},
+           {"volume", p.volume_error ? number(std::abs(*p.volume_error)) : Json(nullptr)}}},
+         {"ms_per_step", to_json(p.ms)},
+         {"cells", p.cells},
+         {"tets", p.tets},
+         {"volume", number(q.volume)},
+         {"volume_error", p.volume_error ? number(*p.volume_error) : Json(nullptr)},
+         {"coverage", number(q.coverage)},
+         {"min_dihedral_deg", number(q.min_dihedral_deg)},
+         {"min_scaled_jacobian", number(q.min_scaled_jacobian)},
+         {"inverted", q.inverted}});
   }
+  json["fronts"] = fronts(json["fields"], json["points"]);
+  json["orders"] = Json::array();
   return json.dump(1) + '\n';
 }
 

@@ -9,7 +9,8 @@
 
 namespace isochor {
 
-/// {"kind":"scene", "scene", "complete", "machine", "compiler", "commit", "reference", "points":[…],
+/// {"kind":"scene", "scene", "complete", "machine", "compiler", "commit", "reference", "points":[{settings,
+/// series, …}],
 ///  "fronts":{error:[indices of points]}, "orders":[…], "fields":[{name,label}]}. Not-a-number becomes null.
 std::string encode_scene_report(const SceneReport& report);
 /// One row a point, the settings first.

@@ -8,15 +8,11 @@ const floor = 1e-17; // round-off: a log axis has no zero
 
 const usable = (point) => point.outcome === 'converged' || point.outcome === 'infeasible';
 
-// Points that share solver, springs, tolerance and resolution are one curve over the step.
-export function series_name({ solver, springs, tolerance, resolution }) {
-  return `${solver} · ${springs} · ${tolerance.toExponential(0)}${resolution === 1 ? '' : ` · ×${resolution}`}`;
-}
-
+// Points of one series are one curve.
 export function group_series(points) {
   const groups = new Map();
   points.forEach((point, index) => {
-    const name = series_name(point.settings);
+    const name = point.series;
     if (!groups.has(name)) groups.set(name, { name, color: palette[groups.size % palette.length], indices: [] });
     groups.get(name).indices.push(index);
   });
@@ -65,18 +61,19 @@ function spread_bars(report, order) {
 }
 
 // Draws into `element` and returns the plot; on_pick gets the index of a clicked point.
-export function error_curves(element, report, field, { width = 520, height = 300, ink = '#5d676e', on_pick } = {}) {
+export function error_curves(element, report, field, { width = 520, height = 300, ink = '#5d676e', time = 'ms a step', on_pick } = {}) {
   const { groups, data, order } = columns(report, field);
   const grid = { stroke: `${ink}30`, width: 1 };
-  const decade = (value) => (value == null ? '' : Number(value).toExponential(0).replace('e+0', 'e').replace('e0', ''));
+  const decade = (value) => (value == null ? '' : Number(value).toExponential(0).replace('e+', 'e'));
+  const is_decade = (value) => value > 0 && Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6;
   const axis = (label) => ({
-    label, stroke: ink, grid, ticks: grid, values: (plot, splits) => splits.map((v) => (Number.isInteger(Math.log10(v)) || splits.length < 8 ? decade(v) : '')),
+    label, stroke: ink, grid, ticks: grid, values: (plot, splits) => splits.map((v) => (is_decade(v) ? decade(v) : '')),
   });
   const line = (label, stroke, more) => ({ label, stroke, width: 2, spanGaps: true, points: { show: true, size: 8, fill: stroke }, ...more });
   const plot = new uPlot({
     width, height,
     scales: { x: { time: false, distr: 3 }, y: { distr: 3 } },
-    axes: [axis('ms a step'), { ...axis(''), size: 60 }],
+    axes: [axis(time), { ...axis(''), size: 60 }],
     cursor: { drag: { x: false, y: false }, points: { size: 12 } },
     series: [
       {},

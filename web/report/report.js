@@ -1,5 +1,5 @@
 // Draws the report that stands in this document.
-import { error_curves, failed_color, group_series, series_name } from 'curves';
+import { error_curves, failed_color, group_series } from 'curves';
 
 const report = JSON.parse(document.getElementById('report').textContent);
 const content = document.getElementById('content');
@@ -18,7 +18,7 @@ function table(title, head, rows, row_class = () => '') {
   add(content, 'h2', title);
   const element = add(add(content, 'div', '', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title }), 'table');
   const header = add(add(element, 'thead'), 'tr');
-  for (const name of head) add(header, 'th', name, { scope: 'col' });
+  head.forEach((name, column) => add(header, 'th', name, { scope: 'col', class: typeof rows[0]?.[column] === 'string' ? 'text' : '' }));
   const body = add(element, 'tbody');
   rows.forEach((row, index) => {
     const line = add(body, 'tr', '', { class: row_class(index) });
@@ -35,34 +35,43 @@ function legend(parent, entries) {
   }
 }
 
-function draw_scene() {
-  const outcomes = { converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed' };
+function draw_curves(time) {
   legend(content, [...group_series(report.points).map((g) => [g.name, g.color]), ['Pareto front', '#888f94'], ['blew up or failed', failed_color]]);
   const charts = add(content, 'div', '', { class: 'charts' });
   const ink = getComputedStyle(document.body).getPropertyValue('--soft').trim();
   for (const { name, label } of report.fields) {
     const figure = add(charts, 'figure');
     add(figure, 'figcaption', label);
-    if (report.points.every((p) => !p.errors[name])) { add(figure, 'p', 'Zero at every point.'); continue; }
-    error_curves(figure, report, name, { width: Math.max(300, figure.clientWidth - 26), height: 280, ink });
-    const orders = report.orders.filter((o) => o.error === name && o.points > 2);
-    for (const o of orders) add(figure, 'p', `order ${o.order.toFixed(2)} in ${o.axis}: ${series_name(o.series)}, ${o.points} points`);
+    if (report.points.every((p) => !p.errors[name])) { add(figure, 'p', 'Zero, or not defined, at every point.'); continue; }
+    error_curves(figure, report, name, { width: Math.max(280, figure.clientWidth - 26), height: 280, ink, time });
+    for (const o of report.orders.filter((each) => each.error === name && each.points > 2))
+      add(figure, 'p', `order ${o.order.toFixed(2)} in ${o.axis}: ${o.series}, ${o.points} points`);
   }
+}
+
+const outcomes = { converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed' };
+const outcome = (p) => (p.reason ? `${outcomes[p.outcome]}: ${p.reason}` : outcomes[p.outcome]);
+const range = ({ min, max }) => `${digits(min)} – ${digits(max)}`;
+
+function draw_scene() {
+  draw_curves('ms a step');
   const front = new Set(report.fronts.trajectory_rms);
   table('Points (the front of the trajectory error is marked)',
     ['settings', 'substeps', 'ms a step', 'min – max', ...report.fields.map((f) => f.name), 'outcome'],
-    report.points.map((p) => [series_name(p.settings), p.substeps, p.ms_per_step.median,
-      `${digits(p.ms_per_step.min)} – ${digits(p.ms_per_step.max)}`, ...report.fields.map((f) => p.errors[f.name]),
-      p.reason ? `${outcomes[p.outcome]}: ${p.reason}` : outcomes[p.outcome]]),
+    report.points.map((p) => [p.series, p.substeps, p.ms_per_step.median, range(p.ms_per_step),
+      ...report.fields.map((f) => p.errors[f.name]), outcome(p)]),
     (index) => (front.has(index) ? 'front' : ''));
   if (report.orders.length > 0)
-    table('Orders of convergence', ['error', 'axis', 'order', 'points', 'series'],
-      report.orders.map((o) => [o.error, o.axis, o.order, o.points, series_name(o.series)]));
+    table('Orders of convergence', ['series', 'error', 'axis', 'order', 'points'],
+      report.orders.map((o) => [o.series, o.error, o.axis, o.order, o.points]));
 }
 
 function draw_meshing() {
-  table(`Meshing ${report.input}`, ['voxels', 'P_in (voxels)', 'cells', 'smoothing', 'tets', 'ms', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted', ''],
-    report.points.map((p) => [p.parameters.voxels, p.parameters.p_in_voxels, p.parameters.cells, p.parameters.smoothing_iterations, p.tets, p.ms.median, p.volume_error, p.boundary_to_input, p.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted, p.problem]));
+  draw_curves('ms from soup to tets');
+  table('Points',
+    ['settings', 'cells', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted', 'outcome'],
+    report.points.map((p) => [p.series, p.settings.cells, p.tets, p.ms_per_step.median, range(p.ms_per_step), p.volume_error,
+      p.errors.boundary_to_input, p.errors.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted, outcome(p)]));
 }
 
 function draw_stability() {
