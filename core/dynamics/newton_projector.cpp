@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/dynamics/newton_system.h"
+
+namespace isochor {
+namespace newton {
+
+bool VolumeErrors::finite() const {
+  return std::isfinite(sum_of_squares) && std::isfinite(max) && std::isfinite(total);
+}
+
+namespace {
+
+constexpr int max_halvings = 8;
+/// A body that is squeezed into less room than its volume has no solution: give up when this many iterations
+/// together gain less than a tenth.
+constexpr int patience = 4;
+constexpr double worthwhile_gain = 0.9;
+/// SHAKE's directions converge linearly, at the rate at which J turns during the step. Beyond this they are
+/// left for the current ones.
+constexpr double slow_contraction = 0.5;
+
+class NewtonProjector final : public VolumeProjector {
+ public:
+  explicit NewtonProjector(std::unique_ptr<NewtonSystem> system) : system_(std::move(system)) {}
+
+  ProjectionResult project(const ProjectionRequest& request, Coordinates& positions) override {
+    system_->load(request, positions);
+    ProjectionResult result;
+    result.rowless_cells = system_->rowless_cells();
+    errors_ = system_->evaluate(0.0);
+    if (!errors_.finite()) {
+      result.max_error = std::numeric_limits<double>::max();
+      return result;
+    }
+    iterate(request, result);
+    system_->store(positions);
+    result.max_error = errors_.max;
+    result.worst_cell = system_->worst_cell();
+    result.converged = errors_.max <= request.tolerance;
+    return result;
+  }
+
+  std::int64_t bytes() const override { return system_->bytes(); }
+
+ private:
+  void iterate(const ProjectionRequest& request, ProjectionResult& result) {
+    // Correcting the total moves every cell by up to the largest error, so cells get half of the tolerance.
+    const bool free = system_->is_free();
+    const double target = free ? 0.5 * request.tolerance : request.tolerance;
+    Directions directions = Directions::start;
+    double milestone = errors_.sum_of_squares;
+    int since_milestone = 0, slow = 0;
+    while (errors_.max > target && result.iterations < request.max_iterations) {
+      ++result.iterations;
+      const double before = errors_.sum_of_squares;
+      const bool moved = step(directions, target);
+      slow = errors_.sum_of_squares > slow_contraction * slow_contraction * before ? slow + 1 : 0;
+      if (directions == Directions::start && (!moved || slow >= 2)) {
+        directions = Directions::current;
+        result.kept_directions = false;
+        slow = 0;
+        continue;
+      }
+      if (errors_.sum_of_squares < worthwhile_gain * milestone) {
+        milestone = errors_.sum_of_squares;
+        since_milestone = 0;
+      } else if (!moved || ++since_milestone >= patience) {
+        break;
+      }
+    }
+    if (free && errors_.max <= request.tolerance) correct_total();
+  }
+
+  /// One damped Newton step; false when no fraction of it lowers the errors.
+  bool step(Directions directions, double target) {
+    system_->linearize(directions);
+    const double worthwhile = 0.3 * target / errors_.max;
+    system_->solve(std::clamp(0.5 * errors_.max, std::max(worthwhile, 1e-5), 0.1));
+    system_->set_step(directions);
+    double t = 1.0;
+    for (int halving = 0; halving <= max_halvings; ++halving, t *= 0.5) {
+      const VolumeErrors trial = system_->evaluate(t);
+      if (!trial.finite() || trial.sum_of_squares >= errors_.sum_of_squares) continue;
+      system_->accept(t);
+      errors_ = trial;
+      return true;
+    }
+    system_->evaluate(0.0);
+    return false;
+  }
+
+  /// Secant steps on the total volume along the dilation of the start positions. Its slope is close to 3 at
+  /// first, as it would be exactly for a dilation of x itself.
+  void correct_total() {
+    constexpr double round_off = 4e-16;
+    if (std::abs(errors_.total) <= round_off) return;
+    system_->set_dilation();
+    double slope = 3.0;
+    for (int i = 0; i < 3 && std::abs(errors_.total) > round_off; ++i) {
+      const double t = -errors_.total / slope;
+      const VolumeErrors trial = system_->evaluate(t);
+      if (!trial.finite() || std::abs(trial.total) >= std::abs(errors_.total)) return;
+      system_->accept(t);
+      if (std::abs(trial.total - errors_.total) > 0.1 * std::abs(errors_.total))
+        slope = (trial.total - errors_.total) / t;
+      errors_ = trial;
+    }
+  }
+
+  std::unique_ptr<NewtonSystem> system_;
+  VolumeErrors errors_;
+};
+
+}  // namespace
+}  // namespace newton
+
+std::unique_ptr<VolumeProjector> make_newton_projector(VolumeModel model) {
+  return std::make_unique<newton::NewtonProjector>(newton::make_general_system(std::move(model)));
+}
+
+}  // namespace isochor
