@@ -39,7 +39,7 @@ struct RigidCarrier {
 struct ProjectionRequest {
   const Coordinates* start =
       nullptr;  ///< start-of-step positions: constraint directions are taken here (SHAKE)
-  std::span<const BlockedParticle> blocked;
+  std::span<const BlockedParticle> blocked = {};
   /// Out, one a blocked particle, or empty: Jᵀμ summed over the iterations (kg·m). Contacts read from it what
   /// the volume presses on them, for friction and release.
   std::span<Vec3> blocked_forces = {};
