@@ -22,7 +22,7 @@ class GeneralSystem final : public NewtonSystem {
   int solve(double tolerance) override;
   void set_step(Directions directions) override;
   void set_dilation() override;
-  bool is_free() const override { return pinned_ == 0 && blocked_.empty(); }
+  bool is_free() const override { return pinned_ == 0 && blocked_.empty() && carriers_.empty(); }
   std::int64_t rowless_cells() const override;
   std::int64_t worst_cell() const override;
   std::int64_t bytes() const override;
@@ -34,6 +34,7 @@ class GeneralSystem final : public NewtonSystem {
   void gradients(const std::vector<Vec3>& points, std::vector<Vec3>& result) const;
   Vec3 apply_inverse_mass(std::size_t particle, const Vec3& force) const;
   void scatter(const std::vector<Vec3>& gradients, const std::vector<double>& multipliers);
+  void carry();
   bool is_immovable(std::int32_t particle) const;
 
   VolumeModel model_;
@@ -42,10 +43,13 @@ class GeneralSystem final : public NewtonSystem {
   std::size_t pinned_ = 0;
   double total_rest_volume_ = 0.0;
   std::vector<BlockedParticle> blocked_;
-  std::vector<std::int32_t> blocked_index_;          ///< a particle; −1 where free
-  std::vector<Vec3> start_, x_, direction_, trial_;  ///< a particle
-  std::vector<Vec3> start_gradients_, gradients_;    ///< width_ a row, divided by V0
-  std::vector<double> errors_, inverse_diagonal_;    ///< a row
+  std::span<Vec3> blocked_forces_;    ///< of the request
+  std::span<RigidCarrier> carriers_;  ///< of the request
+  std::vector<Eigen::Matrix<double, 6, 1>> carrier_steps_;
+  std::vector<std::int32_t> blocked_index_;                  ///< a particle; −1 where free
+  std::vector<Vec3> start_, x_, force_, direction_, trial_;  ///< a particle
+  std::vector<Vec3> start_gradients_, gradients_;            ///< width_ a row, divided by V0
+  std::vector<double> errors_, inverse_diagonal_;            ///< a row
   std::vector<double> multipliers_, residual_, search_, image_;
 };
 
@@ -59,7 +63,8 @@ GeneralSystem::GeneralSystem(VolumeModel model) : model_(std::move(model)), widt
   pinned_ = std::count(model_.inverse_masses.begin(), model_.inverse_masses.end(), 0.0);
   for (const double rest : model_.rest_volumes) total_rest_volume_ += rest;
   blocked_index_.assign(particles(), -1);
-  for (auto* points : {&start_, &x_, &direction_, &trial_}) points->assign(particles(), Vec3::Zero());
+  for (auto* points : {&start_, &x_, &force_, &direction_, &trial_})
+    points->assign(particles(), Vec3::Zero());
   for (auto* points : {&start_gradients_, &gradients_}) points->assign(members_.size(), Vec3::Zero());
   for (auto* values : {&errors_, &inverse_diagonal_, &multipliers_, &residual_, &search_, &image_})
     values->assign(rows(), 0.0);
@@ -101,13 +106,26 @@ Vec3 GeneralSystem::apply_inverse_mass(std::size_t particle, const Vec3& force) 
   return model_.inverse_masses[particle] * force;
 }
 
-/// direction_ = W Jᵀ multipliers.
+/// force_ = Jᵀ multipliers, direction_ = W force_.
 void GeneralSystem::scatter(const std::vector<Vec3>& gradients, const std::vector<double>& multipliers) {
-  std::fill(direction_.begin(), direction_.end(), Vec3::Zero());
+  std::fill(force_.begin(), force_.end(), Vec3::Zero());
   for (std::size_t row = 0; row < rows(); ++row)
     for (int b = 0; b < width_; ++b)
-      direction_[members_[row * width_ + b]] += multipliers[row] * gradients[row * width_ + b];
-  for (std::size_t i = 0; i < particles(); ++i) direction_[i] = apply_inverse_mass(i, direction_[i]);
+      force_[members_[row * width_ + b]] += multipliers[row] * gradients[row * width_ + b];
+  for (std::size_t i = 0; i < particles(); ++i) direction_[i] = apply_inverse_mass(i, force_[i]);
+  carry();
+}
+
+/// Adds B W₆ Bᵀ force_ to direction_.
+void GeneralSystem::carry() {
+  for (std::size_t i = 0; i < carriers_.size(); ++i) {
+    Eigen::Matrix<double, 6, 1> pull = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const CarriedParticle& carried : carriers_[i].particles)
+      pull += carried.map.transpose() * force_[carried.particle];
+    carrier_steps_[i] = carriers_[i].inverse_mass * pull;
+    for (const CarriedParticle& carried : carriers_[i].particles)
+      direction_[carried.particle] += carried.map * carrier_steps_[i];
+  }
 }
 
 void GeneralSystem::load(const ProjectionRequest& request, const Coordinates& positions) {
@@ -116,6 +134,11 @@ void GeneralSystem::load(const ProjectionRequest& request, const Coordinates& po
   for (std::size_t i = 0; i < blocked_.size(); ++i)
     if (model_.inverse_masses[blocked_[i].particle] > 0.0)
       blocked_index_[blocked_[i].particle] = static_cast<std::int32_t>(i);
+  blocked_forces_ = request.blocked_forces;
+  std::fill(blocked_forces_.begin(), blocked_forces_.end(), Vec3::Zero());
+  carriers_ = request.carriers;
+  carrier_steps_.resize(carriers_.size());
+  for (RigidCarrier& carrier : carriers_) carrier.motion.setZero();
   const Coordinates& start = request.start ? *request.start : positions;
   for (std::size_t i = 0; i < particles(); ++i) start_[i] = start.at(i), x_[i] = positions.at(i);
   std::fill(direction_.begin(), direction_.end(), Vec3::Zero());
@@ -143,6 +166,9 @@ VolumeErrors GeneralSystem::evaluate(double t) {
 
 void GeneralSystem::accept(double t) {
   for (std::size_t i = 0; i < particles(); ++i) x_[i] += t * direction_[i];
+  for (std::size_t i = 0; i < blocked_forces_.size(); ++i)
+    blocked_forces_[i] += t * force_[blocked_[i].particle];
+  for (std::size_t i = 0; i < carriers_.size(); ++i) carriers_[i].motion += t * carrier_steps_[i];
 }
 
 void GeneralSystem::linearize(Directions directions) {
@@ -242,7 +268,7 @@ std::int64_t GeneralSystem::worst_cell() const {
 std::int64_t GeneralSystem::bytes() const {
   const std::size_t row =
       members_.size() / rows() * (sizeof(std::int32_t) + 2 * sizeof(Vec3)) + 7 * sizeof(double);
-  const std::size_t particle = 4 * sizeof(Vec3) + sizeof(double) + sizeof(std::int32_t);
+  const std::size_t particle = 5 * sizeof(Vec3) + sizeof(double) + sizeof(std::int32_t);
   return static_cast<std::int64_t>(rows() * row + particles() * particle);
 }
 

@@ -179,6 +179,68 @@ TEST(Newton, BlockedParticlesStayOnTheirPlane) {
   EXPECT_GT(std::abs((points.at(0) - predicted.at(0)).dot(normal)), 1e-3) << "a block outlived its call";
 }
 
+// A rigid plate lies on the body: its particles follow it along the normal and slide across it. What the
+// volume gives to the plate it takes from the rest of the body.
+TEST(Newton, CarriesARigidBodyAndKeepsTheMomentum) {
+  const Body body = make_box({4, 5, 4});
+  const VolumeModel model = body.model();
+  const Coordinates start(body.mesh.positions);
+  const Vec3 normal = Vec3::UnitY(), center(-0.1, 1.2, 1.3);
+  const double plate_mass = 3.0;
+  Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Identity() * plate_mass;
+  std::vector<BlockedParticle> blocked;
+  std::vector<CarriedParticle> carried;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (body.mesh.nodes[i][1] != 5) continue;
+    const Vec3 r = start.at(i) - center;
+    Eigen::Matrix<double, 3, 6> map;
+    map << Eigen::Matrix3d::Identity(),
+        (Eigen::Matrix3d() << 0, r.z(), -r.y(), -r.z(), 0, r.x(), r.y(), -r.x(), 0).finished();
+    map = (normal * normal.transpose() * map).eval();
+    const auto particle = static_cast<std::int32_t>(i);
+    carried.push_back({particle, map});
+    blocked.push_back(
+        {particle, model.inverse_masses[i] * (Eigen::Matrix3d::Identity() - normal * normal.transpose())});
+    mass += body.masses[i] * map.transpose() * map;
+  }
+  std::vector<RigidCarrier> carriers{{carried, mass.inverse()}};
+  std::vector<Vec3> forces(blocked.size());
+  Coordinates points = transformed(body, squash(0.9));
+  const Coordinates predicted = points;
+  ProjectionRequest request;
+  request.start = &start;
+  request.blocked = blocked;
+  request.blocked_forces = forces;
+  request.carriers = carriers;
+  request.tolerance = 1e-10;
+  const ProjectionResult result = make_newton_projector(model)->project(request, points);
+  EXPECT_TRUE(result.converged) << result.max_error;
+
+  const Vec3 plate = carriers[0].motion.head<3>(), turn = carriers[0].motion.tail<3>();
+  EXPECT_GT(plate.y(), 1e-3);
+  for (const CarriedParticle& particle : carried) {
+    const Vec3 moved = points.at(particle.particle) - predicted.at(particle.particle);
+    const Vec3 expected = plate + turn.cross(start.at(particle.particle) - center);
+    EXPECT_NEAR(moved.dot(normal), expected.dot(normal), 1e-14);
+  }
+  Vec3 linear = plate_mass * plate, angular = plate_mass * (turn + center.cross(plate));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 impulse = body.masses[i] * (points.at(i) - predicted.at(i));
+    linear += impulse;
+    angular += start.at(i).cross(impulse);
+  }
+  EXPECT_LT(linear.norm(), 1e-12);
+  EXPECT_LT(angular.norm(), 1e-12);
+
+  // M Δx = W-weighted force: tangentially the blocked forces are the particles' own impulses.
+  for (std::size_t i = 0; i < blocked.size(); ++i) {
+    const std::int32_t p = blocked[i].particle;
+    const Vec3 impulse = body.masses[p] * (points.at(p) - predicted.at(p));
+    EXPECT_NEAR(impulse.x(), forces[i].x(), 1e-12);
+    EXPECT_NEAR(impulse.z(), forces[i].z(), 1e-12);
+  }
+}
+
 TEST(Newton, EndsFiniteWhereNoSolutionIs) {
   const Body body = make_box({4, 4, 4});
   const VolumeModel model = body.model();
