@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/pipeline/pipeline.h"
+#include "core/rigid/motion.h"
 
 namespace isochor {
 
@@ -86,18 +87,6 @@ struct CapsuleShape {
   double radius = 0.25, half_height = 0.5;
 };  ///< along y
 using RigidShape = std::variant<PlaneShape, SphereShape, BoxShape, CapsuleShape, MeshShape, ModelShape>;
-
-struct Keyframe {
-  double t = 0.0;
-  Vec3 position = Vec3::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-};
-/// A velocity until a time, after which the body stands still; or keyframes.
-struct Motion {
-  Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
-  double until = 1e300;
-  std::vector<Keyframe> keyframes;
-};
 
 struct RigidBody {
   RigidShape shape;

@@ -1,0 +1,185 @@
+#include "core/rigid/rigid_world.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/common/error.h"
+#include "core/rigid/body_record.h"
+
+namespace isochor {
+namespace {
+
+double reach_of(const CollisionShape& shape) {
+  const Box box = shape.bounds();
+  return box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs()).norm();
+}
+
+void set_mass(BodyRecord& body, double mass) {
+  if (!(std::isfinite(mass) && mass > 0.0))
+    throw Error(ErrorCode::invalid_argument, fmt::format("a rigid body's mass is {} kg", mass),
+                "give a mass above 0, or none for a body that stands still");
+  if (body.shape->volume() <= 0.0)
+    throw Error(ErrorCode::invalid_argument, "a plane has no volume, so it cannot have a mass",
+                "leave the mass out: a plane stands still or follows a motion");
+  body.state.inverse_mass = 1.0 / mass;
+  body.state.inertia = mass * body.shape->unit_inertia();
+  body.state.inverse_inertia = body.state.inertia.inverse();
+}
+
+/// Velocities that lead a body without mass to where its motion has it at `time`.
+void aim(BodyRecord& body, double time, double h) {
+  body.target = body.motion ? pose_at(*body.motion, body.start, time) : body.state.pose;
+  body.motion_velocity = (body.target.position - body.state.pose.position) / h;
+  body.motion_spin = rotation_log(body.target.orientation * body.state.pose.orientation.conjugate()) / h;
+}
+
+}  // namespace
+
+struct RigidWorld::Impl {
+  std::vector<BodyRecord> bodies;
+  Vec3 gravity = Vec3::Zero();
+  double time = 0.0, h = 0.0;  ///< h: of the step under way, else 0
+  RigidMetrics metrics;
+
+  BodyRecord& at(int body) { return bodies[static_cast<std::size_t>(body)]; }
+  void kick(double seconds) {
+    for (BodyRecord& body : bodies)
+      if (body.dynamic()) body.state.velocity += seconds * gravity;
+  }
+};
+
+RigidWorld::RigidWorld() : impl_(std::make_unique<Impl>()) {}
+RigidWorld::~RigidWorld() = default;
+RigidWorld::RigidWorld(RigidWorld&&) noexcept = default;
+RigidWorld& RigidWorld::operator=(RigidWorld&&) noexcept = default;
+
+int RigidWorld::add_body(const RigidBodyDesc& desc) {
+  BodyRecord body;
+  body.shape = desc.shape;
+  body.friction = desc.friction;
+  body.restitution = desc.restitution;
+  body.reach = reach_of(*desc.shape);
+  body.motion = desc.motion;
+  body.state.pose = {desc.pose.position, desc.pose.orientation.normalized()};
+  body.start = body.target = body.state.pose;
+  if (desc.mass && !desc.motion) {
+    set_mass(body, *desc.mass);
+    body.state.velocity = desc.velocity;
+    const Eigen::Quaterniond& q = body.state.pose.orientation;
+    body.state.angular_momentum = q * (body.state.inertia * (q.conjugate() * desc.angular_velocity));
+  }
+  if (desc.motion) body.state.pose = pose_at(*desc.motion, body.start, impl_->time);
+  impl_->bodies.push_back(std::move(body));
+  return size() - 1;
+}
+
+void RigidWorld::set_gravity(const Vec3& gravity) {
+  impl_->gravity = gravity;
+}
+
+void RigidWorld::begin_step(double h) {
+  impl_->h = h;
+  for (BodyRecord& body : impl_->bodies)
+    if (!body.dynamic()) aim(body, impl_->time + h, h);
+  impl_->kick(0.5 * h);
+}
+
+void RigidWorld::solve() {}
+
+void RigidWorld::end_step() {
+  for (BodyRecord& body : impl_->bodies) body.state.pose = body.predicted(impl_->h);
+  impl_->kick(0.5 * impl_->h);
+  impl_->time += impl_->h;
+  impl_->h = 0.0;
+}
+
+int RigidWorld::size() const {
+  return static_cast<int>(impl_->bodies.size());
+}
+const CollisionShape& RigidWorld::shape(int body) const {
+  return *impl_->at(body).shape;
+}
+double RigidWorld::friction(int body) const {
+  return impl_->at(body).friction;
+}
+double RigidWorld::restitution(int body) const {
+  return impl_->at(body).restitution;
+}
+bool RigidWorld::dynamic(int body) const {
+  return impl_->at(body).dynamic();
+}
+bool RigidWorld::immobile(int body) const {
+  return !dynamic(body) && !impl_->at(body).motion;
+}
+const RigidBodyState& RigidWorld::state(int body) const {
+  return impl_->at(body).state;
+}
+
+Pose RigidWorld::predicted_pose(int body) const {
+  return impl_->h > 0.0 ? impl_->at(body).predicted(impl_->h) : pose(body);
+}
+
+Vec3 RigidWorld::velocity_at(int body, const Vec3& point) const {
+  const BodyRecord& b = impl_->at(body);
+  return b.velocity() + b.angular_velocity().cross(point - b.state.pose.position);
+}
+
+Eigen::Matrix3d RigidWorld::inverse_mass_at(int body, const Vec3& point) const {
+  return isochor::inverse_mass_at(state(body), point);
+}
+
+void RigidWorld::apply_impulse(int body, const Vec3& point, const Vec3& impulse) {
+  isochor::apply_impulse(impl_->at(body).state, point, impulse);
+}
+
+void RigidWorld::move_body(int body, const Pose& pose, double duration) {
+  BodyRecord& b = impl_->at(body);
+  if (b.dynamic()) return;
+  const double now = impl_->time;
+  if (duration <= 0.0) b.state.pose = pose;
+  b.motion = Motion{};
+  b.motion->keyframes = {{now, b.state.pose.position, b.state.pose.orientation},
+                         {now + duration, pose.position, pose.orientation}};
+}
+
+double RigidWorld::time() const {
+  return impl_->time;
+}
+
+double RigidWorld::kinetic_energy() const {
+  double sum = 0.0;
+  for (const BodyRecord& body : impl_->bodies) sum += isochor::kinetic_energy(body.state);
+  return sum;
+}
+
+double RigidWorld::gravity_energy() const {
+  double sum = 0.0;
+  for (const BodyRecord& body : impl_->bodies)
+    if (body.dynamic()) sum -= impl_->gravity.dot(body.state.pose.position) / body.state.inverse_mass;
+  return sum;
+}
+
+Vec3 RigidWorld::linear_momentum() const {
+  Vec3 sum = Vec3::Zero();
+  for (const BodyRecord& body : impl_->bodies)
+    if (body.dynamic()) sum += body.state.velocity / body.state.inverse_mass;
+  return sum;
+}
+
+Vec3 RigidWorld::angular_momentum() const {
+  Vec3 sum = Vec3::Zero();
+  for (const BodyRecord& body : impl_->bodies) {
+    if (!body.dynamic()) continue;
+    sum += body.state.angular_momentum;
+    sum += body.state.pose.position.cross(body.state.velocity) / body.state.inverse_mass;
+  }
+  return sum;
+}
+
+const RigidMetrics& RigidWorld::metrics() const {
+  return impl_->metrics;
+}
+
+}  // namespace isochor
