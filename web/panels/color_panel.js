@@ -1,0 +1,88 @@
+import {h, svg} from '../ui/dom.js';
+import {button} from '../ui/fields.js';
+import {color_maps, css_color} from '../view/color_maps.js';
+import {histogram} from '../view/coloring.js';
+import {number} from '../ui/format.js';
+
+const bins = 24, width = 264, height = 64;
+
+/// Legend, histogram of what the tets are coloured by, and a range of it that isolates cells in the view.
+export function color_panel({store, looking}) {
+  const title = h('h3');
+  const plot = svg('svg', {class: 'histogram', viewBox: `0 0 ${width} ${height + 24}`, role: 'img', 'aria-label': 'Histogram'});
+  const from = range_input('Lowest value shown'), to = range_input('Highest value shown');
+  const clear = button('Show all', () => store.set({'view.select': null}, 'show all cells'), {class: 'plain'});
+  const brush = h('div', {class: 'brush'}, from, h('span', {}, '–'), to, clear);
+  const show = () => {
+    const {coloring} = looking;
+    title.textContent = coloring.values ? `${coloring.title}${coloring.unit ? ` in ${coloring.unit}` : ''}` : 'Colour by something to see its distribution';
+    plot.toggleAttribute('hidden', !coloring.values);
+    brush.hidden = !coloring.values;
+    if (!coloring.values) return;
+    draw(plot, coloring, store.get('view.select'));
+    show_range(coloring.scale, store.get('view.select'));
+  };
+  const show_range = (scale, range) => {
+    clear.hidden = !range;
+    for (const [input, at] of [[from, range?.from ?? 0], [to, range?.to ?? 1]])
+      if (document.activeElement !== input) input.value = Number(value_at(scale, at).toPrecision(3));
+  };
+  const typed = () => {
+    const {scale} = looking.coloring;
+    const at = input => (exponent(scale, Number(input.value)) - scale.min) / (scale.max - scale.min);
+    const [low, high] = [at(from), at(to)];
+    if (low < high) store.set({'view.select': {from: low <= 0 ? -1 : low, to: high >= 1 ? 2 : high}}, 'select by value');
+  };
+  for (const input of [from, to]) input.addEventListener('change', typed);
+  brush_by_pointer(plot, store);
+  looking.addEventListener('coloring', show);
+  return h('div', {class: 'color-panel'}, title, plot, brush);
+}
+
+const range_input = label => h('input', {type: 'number', step: 'any', 'aria-label': label});
+const value_at = (scale, at) => {
+  const value = scale.min + Math.min(1, Math.max(0, at)) * (scale.max - scale.min);
+  return scale.logarithmic ? 10 ** value : value;
+};
+const exponent = (scale, value) => scale.logarithmic ? Math.log10(Math.max(value, 1e-30)) : value;
+
+function draw(plot, {values, scale, unit}, range) {
+  const counts = histogram(values, scale, bins);
+  const most = Math.max(1, ...counts);
+  const step = width / bins;
+  const bars = Array.from(counts, (n, k) => {
+    const tall = n ? Math.max(2, height * Math.sqrt(n / most)) : 0;
+    const inside = !range || ((k + 0.5) / bins >= range.from && (k + 0.5) / bins < range.to);
+    return svg('rect', {x: k * step + 0.5, y: height - tall, width: step - 1, height: tall, rx: 1,
+      fill: css_color(color_maps[scale.map], (k + 0.5) / bins), opacity: inside ? 1 : 0.25},
+    svg('title', {}, `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${n.toLocaleString('en')} tets`));
+  });
+  const ramp = Array.from({length: 48}, (_, k) => svg('rect', {x: k * width / 48, y: height + 2, width: width / 48 + 0.5, height: 6,
+    fill: css_color(color_maps[scale.map], (k + 0.5) / 48)}));
+  const ticks = [0, 0.5, 1].map((at, k) => svg('text', {x: at * width, y: height + 20, 'text-anchor': ['start', 'middle', 'end'][k]},
+    `${number(value_at(scale, at))}${unit}`));
+  plot.replaceChildren(...bars, ...ramp, ...ticks);
+}
+
+/// Dragging over the bins selects a range; a click on one bin selects it alone.
+function brush_by_pointer(plot, store) {
+  let start = null;
+  const bin = event => {
+    const box = plot.getBoundingClientRect();
+    return Math.min(bins - 1, Math.max(0, Math.floor(bins * (event.clientX - box.left) / box.width)));
+  };
+  const select = event => {
+    const [low, high] = [start, bin(event)].sort((a, b) => a - b);
+    store.preview({'view.select': {from: low === 0 ? -1 : low / bins, to: high === bins - 1 ? 2 : (high + 1) / bins}}, 'select by value');
+  };
+  plot.addEventListener('pointerdown', event => {
+    plot.setPointerCapture(event.pointerId);
+    start = bin(event);
+    select(event);
+  });
+  plot.addEventListener('pointermove', event => start !== null && select(event));
+  plot.addEventListener('pointerup', () => {
+    start = null;
+    store.commit();
+  });
+}

@@ -1,0 +1,52 @@
+import {h, svg} from '../ui/dom.js';
+import {button} from '../ui/fields.js';
+import {menu_button} from '../ui/menu.js';
+import {words} from '../ui/format.js';
+
+export function header(app) {
+  const {store, meshing} = app;
+  const name = h('span', {class: 'mesh-name'});
+  meshing.addEventListener('mesh', () => name.textContent = meshing.mesh.name ?? '');
+  const picker = h('input', {type: 'file', accept: '.obj,.stl,.ply,.off,.glb,.ndjson,.json', hidden: true, 'aria-label': 'Mesh file'});
+  picker.addEventListener('change', () => picker.files[0] && app.open_file(picker.files[0]));
+  const undo = button('', () => app.undo(), {name: 'undo', label: 'Undo'});
+  const redo = button('', () => app.redo(), {name: 'redo', label: 'Redo'});
+  const show_history = () => {
+    const [last, next] = [store.undo_stack.at(-1), store.redo_stack.at(-1)];
+    undo.disabled = !last, redo.disabled = !next;
+    undo.title = last ? `Undo: ${last.label} (Ctrl+Z)` : 'Undo (Ctrl+Z)';
+    redo.title = next ? `Redo: ${next.label} (Ctrl+Shift+Z)` : 'Redo (Ctrl+Shift+Z)';
+  };
+  store.addEventListener('change', show_history);
+  show_history();
+  return h('header', {class: 'header'},
+    h('div', {class: 'brand'}, logo(), h('h1', {}, 'Isochor'), name),
+    button('Open', () => picker.click(), {name: 'open'}), picker,
+    menu_button('Samples', () => sample_items(app)),
+    button('Export', () => app.show_export(), {name: 'down'}),
+    button('Share', () => app.share()),
+    h('div', {class: 'group'}, undo, redo),
+    menu_button('Presets', () => preset_items(app)),
+    h('span', {class: 'space'}),
+    button('Inspector', () => toggle_panel(), {class: 'panel-switch'}),
+    button('?', () => app.show_help(), {label: 'Shortcuts and help (?)'}),
+    button('', () => app.toggle_theme(), {name: 'theme', label: 'Light or dark'}));
+}
+
+function toggle_panel() {
+  const on = document.body.dataset.panel === 'inspector';
+  document.body.dataset.panel = on ? 'stages' : 'inspector';
+}
+
+const logo = () => svg('svg', {viewBox: '0 0 32 32', 'aria-hidden': 'true'},
+  svg('path', {d: 'M16 3 29 26H3zM16 3v15M3 26l13-8 13 8', fill: 'none', stroke: 'var(--accent)', 'stroke-width': '2', 'stroke-linejoin': 'round'}));
+
+const sample_items = app => [
+  {heading: 'Meshes'},
+  ...app.samples.meshes.map(({name}) => ({title: words(name), run: () => app.open_sample(name)})),
+  ...app.samples.scenes.length ? [{heading: 'Scenes'}] : [],
+  ...app.samples.scenes.map(scene => ({title: scene.title ?? words(scene.name), run: () => app.open_scene(scene)})),
+];
+
+const preset_items = app => app.presets.map(({title, description, values}) =>
+  ({title, note: description, run: () => app.apply_params(values, `preset ${title}`)}));

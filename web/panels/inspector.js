@@ -1,0 +1,32 @@
+import {h} from '../ui/dom.js';
+import {bytes, count, number, percent} from '../ui/format.js';
+import {color_panel} from './color_panel.js';
+import {plan_panel} from './plan_panel.js';
+import {live_plots} from './live_plots.js';
+
+export function inspector(app) {
+  return h('aside', {class: 'inspector', 'aria-label': 'Inspector'},
+    panel('Model', model_facts(app)),
+    panel('Quality', color_panel(app)),
+    panel('Simulation', live_plots(app)),
+    panel('Plan', plan_panel(app)));
+}
+
+export const panel = (title, ...content) =>
+  h('section', {class: 'panel', 'aria-label': title},
+    h('details', {open: true}, h('summary', {}, h('h2', {}, title)), h('div', {class: 'body'}, content)));
+
+function model_facts({meshing}) {
+  const facts = h('dl', {class: 'facts'});
+  const warnings = h('ul', {class: 'warnings'});
+  meshing.addEventListener('model', () => {
+    const {model} = meshing;
+    const rows = [['Cells', count(model.cells)], ['Tets', count(model.tets)], ['Vertices', count(model.vertices)],
+      ['Components', count(model.components)], ['Volume', number(model.volume, 4)], ['Coverage', percent(model.coverage)],
+      ['Smallest dihedral', `${number(model.min_dihedral_deg)}°`], ['Worst scaled Jacobian', number(model.min_scaled_jacobian)],
+      ['Inverted', count(model.inverted)], ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
+    facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
+    warnings.replaceChildren(...(model.warnings ?? []).map(warning => h('li', {}, warning.message ?? warning)));
+  });
+  return [facts, warnings];
+}

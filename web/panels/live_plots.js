@@ -1,0 +1,70 @@
+import uPlot from '../uplot.js';
+import {h} from '../ui/dom.js';
+import {number} from '../ui/format.js';
+
+const span = 600;  // frames kept in view
+
+const plots = [
+  {title: 'Volume error', logarithmic: true, series: [['total', m => Math.max(m.total_volume_error, 1e-17)], ['largest cell', m => Math.max(m.max_cell_volume_error, 1e-17)]]},
+  {title: 'Energy, J', series: [['kinetic', m => m.kinetic_energy], ['potential', m => m.potential_energy], ['sum', m => m.kinetic_energy + m.potential_energy]]},
+  {title: 'Step, ms', series: [['step', m => m.step_ms]]},
+  {title: 'Substeps', series: [['substeps', m => m.substeps], ['iterations', m => m.iterations]]},
+];
+
+/// Metrics of the frames as they come, over simulated time.
+export function live_plots({simulation, events}) {
+  const root = h('div', {class: 'plots'});
+  const facts = h('dl', {class: 'facts'});
+  let charts = null;
+  let data = [];
+  const clear = () => data = [];
+  simulation.addEventListener('bodies', clear);
+  let pending = false;
+  simulation.addEventListener('frames', () => {
+    const {seq, t, metrics} = simulation.buffer.last ?? {};
+    if (!metrics) return;
+    while (data.length && data.at(-1).seq >= seq) data.pop();
+    data.push({seq, t, metrics});
+    if (data.length > span) data.shift();
+    if (pending) return;
+    pending = true;
+    setTimeout(() => (pending = false, draw()), 100);
+  });
+  const draw = () => {
+    charts ??= plots.map(plot => make_chart(root, plot));
+    charts.forEach((chart, k) => chart.setData([data.map(({t}) => t), ...plots[k].series.map(([, read]) => data.map(({metrics}) => read(metrics)))]));
+    show_facts(facts, simulation.shown?.metrics);
+  };
+  simulation.addEventListener('frame', () => show_facts(facts, simulation.shown?.metrics));
+  events.addEventListener('theme', () => {
+    charts?.forEach(chart => (chart.root.parentNode.remove(), chart.destroy()));
+    charts = null;
+    if (data.length) draw();
+  });
+  new ResizeObserver(() => charts?.forEach(chart => chart.setSize({width: root.clientWidth, height: 96}))).observe(root);
+  return [facts, root];
+}
+
+function show_facts(facts, m) {
+  if (!m) return;
+  const rows = [['Largest cell error', number(m.max_cell_volume_error)], ['Total error', number(m.total_volume_error)],
+    ['Inverted tets', number(m.inverted)], ['Contacts', number(m.contacts)], ['Deepest penetration', `${number(m.max_penetration)} m`],
+    ['Recoveries', number(m.recoveries)]];
+  facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
+}
+
+const color = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+function make_chart(root, {title, logarithmic, series}) {
+  const strokes = [color('--accent'), color('--warn'), color('--muted')];
+  const axis = {stroke: color('--muted'), grid: {stroke: color('--line'), width: 1}, ticks: {show: false}, font: '10px system-ui', size: 18};
+  const holder = h('figure', {class: 'plot', 'aria-label': title}, h('figcaption', {}, title, ...series.map(([name], k) =>
+    h('span', {class: `key key-${k}`}, name))));
+  root.append(holder);
+  return new uPlot({
+    width: root.clientWidth || 260, height: 96, legend: {show: false}, cursor: {show: false}, padding: [4, 4, 0, 0],
+    scales: {x: {time: false}, y: logarithmic ? {distr: 3} : {}},
+    axes: [{...axis}, {...axis, size: 46, values: (_, ticks) => ticks.map(tick => tick === null ? '' : number(tick, 2))}],
+    series: [{}, ...series.map(([name], k) => ({label: name, stroke: strokes[k], width: 1.5, points: {show: false}}))],
+  }, [[], ...series.map(() => [])], holder);
+}

@@ -1,0 +1,27 @@
+import {h} from '../ui/dom.js';
+import {button} from '../ui/fields.js';
+
+/// What went wrong, where, and a way on: one card a problem, the newest below.
+export function problem_cards({events}) {
+  const list = h('div', {class: 'problems', role: 'alert'});
+  events.addEventListener('problem', ({detail: {problem, actions = []}}) => {
+    for (const old of [...list.children]) if (old.dataset.code === String(problem.code)) old.remove();
+    list.append(problem_card(problem, actions));
+  });
+  events.addEventListener('solved', ({detail: code}) => {
+    for (const card of [...list.children]) if (!code || card.dataset.code === code) card.remove();
+  });
+  return list;
+}
+
+function problem_card(problem, actions) {
+  const details = problem.errors?.map(({pointer, detail}) => h('li', {}, `${pointer.replace('/', '')}: ${detail}`)) ?? [];
+  const card = h('div', {class: 'problem-card', 'data-code': String(problem.code)},
+    h('strong', {}, problem.detail ?? problem.message ?? problem.title),
+    details.length > 1 ? h('ul', {}, details) : null,
+    problem.hint ? h('p', {class: 'quiet'}, problem.hint) : null,
+    h('div', {class: 'actions'},
+      actions.map(({title, run}) => button(title, () => (card.remove(), run()), {class: 'primary'})),
+      button('Dismiss', () => card.remove())));
+  return card;
+}

@@ -1,0 +1,45 @@
+import {h} from '../ui/dom.js';
+import {choice_field, number_field} from '../ui/fields.js';
+import {scene_templates} from '../state/scene_templates.js';
+
+const volume_solvers = [{value: 'newton', title: 'Newton (exact)'}, {value: 'scaling', title: 'Scaling (paper)'}, {value: 'gradient', title: 'Gradient'}];
+const integrators = ['auto', 'symplectic', 'implicit', 'energy_momentum'].map(value => ({value, title: value.replace('_', '–')}));
+
+/// Material, forces, solver and colliders of the scene.
+export function scene_stage(app, stage_section) {
+  const {store, simulation} = app;
+  const badge = h('span', {class: 'stage-state'});
+  const show = () => {
+    badge.className = `stage-state ${{playing: 'running', none: 'stale', failed: 'failed'}[simulation.state] ?? 'fresh'}`;
+    badge.textContent = simulation.state === 'none' ? 'ready' : simulation.state;
+  };
+  simulation.addEventListener('state', show);
+  show();
+  const template = choice_field(store, {path: 'template', title: 'Scene', choices: Object.entries(scene_templates).map(([value, {title}]) => ({value, title})),
+    meaning: 'What happens to the body when it is played.'});
+  const fields = h('div', {class: 'body-fields'});
+  const build = () => store.get('scene') && fields.replaceChildren(...scene_fields(app));
+  app.events.addEventListener('scene', build);
+  build();
+  return stage_section(5, 'Material and scene', badge, template, fields);
+}
+
+function scene_fields({store}) {
+  const scene = store.get('scene');
+  const index = scene.bodies.findIndex(body => body.type === 'deformable');
+  const body = name => `scene.bodies.${index}.${name}`;
+  const log = (path, title, unit, min, max, meaning) => number_field(store, {path, title, unit, min, max, step: 'any', logarithmic: true, meaning, fallback: store.get(path)});
+  const linear = (path, title, unit, min, max, step, meaning) => number_field(store, {path, title, unit, min, max, step, meaning, fallback: store.get(path)});
+  return [
+    log(body('edge_stiffness'), 'Edge stiffness', 'N/m', 1, 1e9, 'Of each spring along a cell edge; more keeps the shape, and needs smaller substeps.'),
+    log(body('diagonal_stiffness'), 'Diagonal stiffness', 'N/m', 1, 1e9, 'Of each spring across a cell; more resists shear.'),
+    linear(body('damping'), 'Damping', 's', 0, 0.1, 0.001, 'Seconds: the force against a spring’s rate of change is stiffness times this.'),
+    log(body('density'), 'Density', 'kg/m³', 1, 1e5, 'Mass of a cubic metre; water has 1000.'),
+    linear(body('friction'), 'Friction', '', 0, 1.5, 0.05, 'Coulomb coefficient against what the body touches.'),
+    linear(body('restitution'), 'Restitution', '', 0, 1, 0.05, 'Share of the approach speed that a bounce gives back.'),
+    linear('scene.gravity.1', 'Gravity', 'm/s²', -30, 30, 0.01, 'Acceleration along the vertical; negative pulls down.'),
+    choice_field(store, {path: 'scene.solver.volume', title: 'Volume solver', choices: volume_solvers, fallback: 'newton', meaning: 'How the volume of the cells is restored in each substep.'}),
+    log('scene.solver.tolerance', 'Tolerance', '', 1e-10, 1e-1, 'Largest relative volume error of a cell that a step may leave.'),
+    choice_field(store, {path: 'scene.solver.springs', title: 'Springs', choices: integrators, fallback: 'auto', meaning: 'How the springs are integrated; auto chooses by their stiffness and says why.'}),
+  ];
+}

@@ -1,0 +1,19 @@
+import {h} from '../ui/dom.js';
+import {count, milliseconds, number} from '../ui/format.js';
+
+/// One line that says what happened last, read out by screen readers.
+export function status_line({meshing, simulation, events}) {
+  const line = h('span', {role: 'status', 'aria-live': 'polite', class: 'message'});
+  const server = h('span', {class: 'server'});
+  meshing.addEventListener('model', () => {
+    const {model, preview, took_ms} = meshing;
+    line.textContent = `${preview ? 'Preview: ' : ''}${count(model.tets)} tets in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`;
+  });
+  simulation.addEventListener('state', () => {
+    const words = {preparing: 'Compiling the scene…', playing: 'Playing', paused: 'Paused', finished: 'The simulation has finished', recording: 'Recording loaded'};
+    if (words[simulation.state]) line.textContent = words[simulation.state];
+  });
+  events.addEventListener('say', ({detail}) => line.textContent = detail);
+  events.addEventListener('server', ({detail}) => server.textContent = detail);
+  return h('footer', {class: 'status'}, line, server);
+}

@@ -1,0 +1,79 @@
+import {h} from '../ui/dom.js';
+import {button, toggle_button} from '../ui/fields.js';
+import {tet_scales, voxel_scales} from '../view/coloring.js';
+
+const layer_titles = {surface: 'Surface', voxels: 'Voxels', tets: 'Tets', sim: 'Sim'};
+
+/// Layers, clip, explode and colours, over the view.
+export function view_bar(app) {
+  const {store} = app;
+  const layers = h('div', {class: 'card', role: 'group', 'aria-label': 'Layers'}, h('div', {class: 'group'},
+    Object.entries(layer_titles).map(([name, title]) => toggle_button(store, `view.layers.${name}`, title))));
+  return h('div', {class: 'view-bar'}, layers, clip_card(store), look_card(store));
+}
+
+function clip_card(store) {
+  const on = toggle_button(store, 'view.clip.on', 'Clip');
+  const axis = labelled_select(store, 'view.clip.axis', 'Clip axis', {x: 'X', y: 'Y', z: 'Z', free: 'Free'});
+  const position = bar_slider(store, 'view.clip.position', 'Clip position');
+  const flip = toggle_button(store, 'view.clip.flip', '', {label: 'Flip the clip side', name: 'flip'});
+  const mode = labelled_select(store, 'view.clip.mode', 'Clip cells', {whole: 'whole cells', cut: 'cut'});
+  const parts = [axis, position, flip, mode];
+  const show = () => parts.forEach(part => part.hidden = !store.get('view.clip.on'));
+  store.on('view.clip.on', show);
+  show();
+  return h('div', {class: 'card', role: 'group', 'aria-label': 'Clip plane'}, on, parts);
+}
+
+function look_card(store) {
+  const explode = h('label', {class: 'inline'}, h('span', {}, 'Explode'), bar_slider(store, 'view.explode', 'Explode'));
+  const color = labelled_select(store, 'view.color_by', 'Colour tets by', titles(tet_scales));
+  const voxels = labelled_select(store, 'view.voxel_color', 'Colour voxels by', titles(voxel_scales));
+  const sim = labelled_select(store, 'view.sim_look', 'Show the simulation as', {skin: 'skin', cells: 'cells'});
+  const show = () => {
+    const layers = store.get('view.layers');
+    explode.hidden = color.hidden = !layers.tets;
+    if (layers.sim && store.get('view.sim_look') === 'cells') color.hidden = false;
+    voxels.hidden = !layers.voxels;
+    sim.hidden = !layers.sim;
+  };
+  store.on('view', show);
+  show();
+  return h('div', {class: 'card', role: 'group', 'aria-label': 'Look'}, color, voxels, sim, explode,
+    toggle_button(store, 'view.edges_only', 'Wireframe'));
+}
+
+const titles = scales => Object.fromEntries(Object.entries(scales).map(([name, {title}]) => [name, title]));
+
+function labelled_select(store, path, label, options) {
+  const select = h('select', {'aria-label': label, title: label}, Object.entries(options).map(([value, title]) => h('option', {value}, title)));
+  select.addEventListener('change', () => store.set({[path]: select.value}, label));
+  const show = () => select.value = store.get(path);
+  store.on(path, show);
+  show();
+  return select;
+}
+
+function bar_slider(store, path, label) {
+  const slider = h('input', {type: 'range', min: '0', max: '1', step: '0.005', 'aria-label': label, class: 'bar-slider'});
+  slider.addEventListener('input', () => store.preview({[path]: Number(slider.value)}, label));
+  slider.addEventListener('change', () => store.commit());
+  const show = () => {
+    slider.value = store.get(path);
+    slider.style.setProperty('--fill', `${100 * slider.value}%`);
+  };
+  store.on(path, show);
+  show();
+  return slider;
+}
+
+const axis_views = {Front: [0, 0, 1], Right: [1, 0, 0], Top: [0, 1, 1e-3]};
+
+export function camera_bar(app) {
+  const {store, viewport} = app;
+  return h('div', {class: 'view-bar bottom'}, h('div', {class: 'card', role: 'group', 'aria-label': 'Camera'},
+    button('', () => viewport.fit(), {name: 'fit', label: 'Fit (F)'}),
+    h('div', {class: 'group'}, Object.entries(axis_views).map(([title, direction]) => button(title, () => viewport.fit(direction)))),
+    toggle_button(store, 'view.orthographic', 'Ortho', {label: 'Orthographic (O)'}),
+    button('', app.save_screenshot, {name: 'camera', label: 'Save a picture of the view'})));
+}

@@ -1,0 +1,94 @@
+/// The page's state: a JSON tree, changed only by commands {label, changes: [{path, before, after}]}, which gives
+/// undo, redo and the URL. A gesture (a slider being dragged, an orbit) previews its changes live and is committed
+/// as one command.
+export class Store extends EventTarget {
+  constructor(state) {
+    super();
+    this.state = state;
+    this.undo_stack = [];
+    this.redo_stack = [];
+    this.gesture = null;
+  }
+
+  get(path) {
+    return path.split('.').reduce((node, key) => node?.[key], this.state);
+  }
+
+  /// One step of the history. changes: {path: value}.
+  set(changes, label) {
+    this.commit();
+    this.preview(changes, label);
+    this.commit();
+  }
+
+  /// Shows the changes at once, without a step in the history until commit().
+  preview(changes, label) {
+    this.gesture ??= {label, before: new Map()};
+    this.gesture.label = label;
+    for (const [path, after] of Object.entries(changes)) {
+      if (!this.gesture.before.has(path)) this.gesture.before.set(path, copy(this.get(path)));
+      write(this.state, path, copy(after));
+    }
+    this.announce(Object.keys(changes), true);
+  }
+
+  commit() {
+    const {label, before} = this.gesture ?? {};
+    this.gesture = null;
+    if (!before) return;
+    const changes = [...before].map(([path, value]) => ({path, before: value, after: copy(this.get(path))}));
+    const moved = changes.filter(change => !same(change.before, change.after));
+    if (moved.length) {
+      this.undo_stack.push({label, changes: moved});
+      this.redo_stack = [];
+    }
+    this.announce(changes.map(change => change.path), false);
+  }
+
+  /// Changes that a person did not make (defaults from the server, a scene fitted to a mesh): no history.
+  adopt(changes) {
+    for (const [path, value] of Object.entries(changes)) write(this.state, path, copy(value));
+    this.announce(Object.keys(changes), false);
+  }
+
+  undo() {
+    this.commit();
+    this.replay(this.undo_stack, this.redo_stack, 'before');
+  }
+
+  redo() {
+    this.commit();
+    this.replay(this.redo_stack, this.undo_stack, 'after');
+  }
+
+  replay(from, to, side) {
+    const command = from.pop();
+    if (!command) return;
+    to.push(command);
+    for (const change of command.changes) write(this.state, change.path, copy(change[side]));
+    this.announce(command.changes.map(change => change.path), false);
+  }
+
+  announce(paths, live) {
+    this.dispatchEvent(new CustomEvent('change', {detail: {paths, live}}));
+  }
+
+  /// f(live) whenever something at, above or below one of the paths changes.
+  on(paths, f) {
+    const watched = [paths].flat();
+    const touches = (a, b) => a === b || a.startsWith(`${b}.`) || b.startsWith(`${a}.`);
+    this.addEventListener('change', ({detail}) => {
+      if (detail.paths.some(path => watched.some(w => touches(path, w)))) f(detail.live);
+    });
+  }
+}
+
+export const copy = value => value === undefined ? null : structuredClone(value);
+export const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+
+function write(state, path, value) {
+  const keys = path.split('.');
+  const last = keys.pop();
+  const node = keys.reduce((at, key) => at[key] ??= {}, state);
+  node[last] = value;
+}

@@ -1,0 +1,50 @@
+/// h('button', {class: 'icon', onclick: f}, 'Play') makes an element. Text is always set as text, never as markup.
+export function h(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  set_attributes(element, attributes);
+  element.append(...children.flat(Infinity).filter(child => child !== null && child !== undefined && child !== false));
+  return element;
+}
+
+export function set_attributes(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
+    else if (value === false || value === null || value === undefined) element.removeAttribute(name);
+    else if (name in element && typeof value !== 'string') element[name] = value;
+    else element.setAttribute(name, value === true ? '' : value);
+  }
+}
+
+const svg_namespace = 'http://www.w3.org/2000/svg';
+
+export function svg(tag, attributes = {}, ...children) {
+  const element = document.createElementNS(svg_namespace, tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value);
+  }
+  element.append(...children.flat());
+  return element;
+}
+
+let counter = 0;
+export const unique_id = prefix => `${prefix}-${++counter}`;
+
+/// Calls f at most once a frame, with the last arguments.
+export function once_a_frame(f) {
+  let last = null;
+  return (...args) => {
+    if (!last) requestAnimationFrame(() => {
+      const now = last;
+      last = null;
+      f(...now);
+    });
+    last = args;
+  };
+}
+
+export function download(blob, name) {
+  const link = h('a', {href: URL.createObjectURL(blob), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

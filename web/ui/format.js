@@ -1,0 +1,34 @@
+const superscripts = '⁰¹²³⁴⁵⁶⁷⁸⁹';
+
+/// 3 significant digits; powers of ten where they are easier to read.
+export function number(value, digits = 3) {
+  if (value === null || value === undefined || Number.isNaN(value)) return '–';
+  if (value === 0) return '0';
+  const size = Math.abs(value);
+  if (!Number.isFinite(value)) return value > 0 ? '∞' : '−∞';
+  if (size >= 1e5 || size < 1e-3) return power(value);
+  return Number(value.toPrecision(digits)).toLocaleString('en', {maximumFractionDigits: 6}).replace('-', '−');
+}
+
+function power(value) {
+  const exponent = Math.floor(Math.log10(Math.abs(value)));
+  const mantissa = (value / 10 ** exponent).toFixed(1).replace('-', '−');
+  const raised = String(Math.abs(exponent)).replace(/\d/g, digit => superscripts[digit]);
+  return `${mantissa}·10${exponent < 0 ? '⁻' : ''}${raised}`;
+}
+
+export const count = value => Number.isFinite(value) ? Math.round(value).toLocaleString('en') : '–';
+export const milliseconds = ms =>
+  !Number.isFinite(ms) ? '–' : ms >= 1000 ? `${(ms / 1000).toFixed(ms < 1e4 ? 1 : 0)} s` : `${ms < 10 ? ms.toFixed(1) : Math.round(ms)} ms`;
+export const percent = value => Number.isFinite(value) ? `${(100 * value).toFixed(value < 0.9995 && value > 0 ? 1 : 0)} %` : '–';
+
+export function bytes(value) {
+  if (!Number.isFinite(value)) return '–';
+  const units = ['B', 'KB', 'MB', 'GB'];
+  let unit = 0;
+  while (value >= 1000 && unit < 3) value /= 1000, ++unit;
+  return `${value < 10 && unit ? value.toFixed(1) : Math.round(value)} ${units[unit]}`;
+}
+
+export const words = name => String(name).replaceAll('_', ' ');
+export const plural = (n, one, many = `${one}s`) => `${count(n)} ${n === 1 ? one : many}`;

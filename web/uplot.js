@@ -1,0 +1,1 @@
+export {default} from './vendor/uplot/uPlot.esm.js';

@@ -1,0 +1,152 @@
+import * as THREE from '../three.js';
+import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
+import {draw_cells, move_cells} from './cell_faces.js';
+import {SurfaceLayer} from './surface_layer.js';
+import {collider_mesh} from './collider_mesh.js';
+import {apply_embedding, cell_volumes, inverted_tets} from './deformation.js';
+
+/// The bodies of a simulation at the frame shown: skins moved by the embedding, cells, rigid shapes, inverted tets.
+export class SimLayer {
+  constructor(viewport) {
+    this.viewport = viewport;
+    this.group = new THREE.Group();
+    viewport.scene.add(this.group);
+    this.bodies = new Map();
+    this.options = {look: 'skin', values: null, scale: null, edges_only: false};
+    this.show(false);
+  }
+
+  show(on) {
+    this.group.visible = on;
+  }
+
+  set_bodies(bodies) {
+    for (const view of this.bodies.values()) view.dispose();
+    this.bodies.clear();
+    for (const body of bodies)
+      this.bodies.set(body.id, body.type === 'deformable' ? new DeformableView(this, body) : new RigidView(this, body));
+  }
+
+  /// look: 'skin' or 'cells'; color: 'none' or 'volume_error'.
+  update(options) {
+    this.options = options;
+    for (const view of this.bodies.values()) view.restyle?.();
+    if (this.frame) this.set_frame(this.frame);
+    this.viewport.invalidate();
+  }
+
+  set_frame(frame) {
+    this.frame = frame;
+    for (const body of frame.bodies) this.bodies.get(body.id)?.set_frame(body);
+    this.viewport.invalidate();
+  }
+
+  views() {
+    return [...this.bodies.values()];
+  }
+}
+
+class DeformableView {
+  constructor(layer, body) {
+    Object.assign(this, {layer, body, positions: Float32Array.from(body.rest_positions)});
+    this.rest_volumes = cell_volumes(this.positions, body.tets);
+    this.cells = {positions: this.positions, tets: body.tets, outer: body.outer, neighbour: body.neighbour};
+    this.list = new TriangleList(solid_material({color: '#b9a88c', edges: 0.35}));
+    this.inverted = new TriangleList(solid_material({color: '#ff1a4d', edges: 0.5}));
+    this.inverted.mesh.renderOrder = 2;
+    this.inverted.mesh.material.depthTest = false;
+    draw_cells(this.list, this.cells);
+    layer.group.add(this.list.mesh, this.inverted.mesh);
+    if (body.embedded) this.make_skin(body.embedded);
+    this.restyle();
+  }
+
+  make_skin({triangles, tet}) {
+    this.skin_positions = new Float32Array(3 * tet.length);
+    this.skin = new SurfaceLayer(this.layer.viewport, this.layer.group);
+    this.move_skin();
+    this.skin.set_triangles(this.skin_positions, triangles);
+  }
+
+  move_skin() {
+    apply_embedding(this.body.embedded, this.body.tets, this.positions, this.skin_positions);
+  }
+
+  get shows_cells() {
+    return this.layer.options.look === 'cells' || !this.skin;
+  }
+
+  restyle() {
+    const {scale, edges_only} = this.layer.options;
+    this.skin?.show(!this.shows_cells);
+    this.skin?.update({edges_only});
+    this.list.mesh.visible = this.shows_cells;
+    const {material} = this.list.mesh;
+    apply_scale(material, scale);
+    material.uniforms.edges_only.value = edges_only;
+    material.uniforms.clip.value = no_clip;
+    material.transparent = edges_only;
+  }
+
+  set_frame({positions}) {
+    this.cells.positions = this.positions = positions;
+    if (this.shows_cells) {
+      move_cells(this.list, this.cells, this.layer.options.scale ? this.errors_per_tet() : null);
+    } else {
+      this.move_skin();
+      this.skin.move(this.skin_positions);
+    }
+    this.draw_inverted();
+  }
+
+  errors_per_tet() {
+    const volumes = cell_volumes(this.positions, this.body.tets);
+    const errors = new Float32Array(5 * volumes.length);
+    volumes.forEach((volume, cell) => errors.fill(Math.abs(volume - this.rest_volumes[cell]) / this.rest_volumes[cell], 5 * cell, 5 * cell + 5));
+    return errors;
+  }
+
+  draw_inverted() {
+    const {tets} = this.body;
+    const bad = inverted_tets(this.positions, tets);
+    this.inverted_count = bad.length;
+    this.inverted.reserve(4 * bad.length);
+    bad.forEach((tet, k) => [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].forEach((face, f) => face.forEach((corner, c) => {
+      const from = 3 * tets[4 * tet + corner];
+      this.inverted.positions.set(this.positions.subarray(from, from + 3), 36 * k + 9 * f + 3 * c);
+    })));
+    this.inverted.upload(4 * bad.length);
+  }
+
+  /// What is drawn, for picking: triangles and the vertex of the body nearest to each corner.
+  get drawn() {
+    return this.shows_cells ? this.list : this.skin.list;
+  }
+
+  dispose() {
+    this.layer.group.remove(this.list.mesh, this.inverted.mesh);
+    this.list.dispose();
+    this.inverted.dispose();
+    this.skin?.dispose();
+  }
+}
+
+class RigidView {
+  constructor(layer, body) {
+    Object.assign(this, {layer, body});
+    this.object = collider_mesh(body);
+    layer.group.add(this.object);
+  }
+
+  set_frame({pose}) {
+    if (!pose) return;
+    this.pose = pose;
+    this.object.position.set(...pose.slice(0, 3));
+    this.object.quaternion.set(...pose.slice(3));
+  }
+
+  dispose() {
+    this.layer.group.remove(this.object);
+    this.object.traverse(child => (child.geometry?.dispose(), child.material?.dispose()));
+  }
+}

@@ -1,0 +1,149 @@
+import * as THREE from '../three.js';
+import {CameraControls} from './camera_controls.js';
+import {h} from '../ui/dom.js';
+
+const fov = 32;
+
+/// The canvas, its camera and its light; draws only when asked to. Layers add their objects to `scene` (world) or
+/// `model` (the mesh's own coordinates, placed as the body stands in the world).
+export class Viewport extends EventTarget {
+  constructor(store) {
+    super();
+    this.store = store;
+    this.canvas = h('canvas', {class: 'view', tabindex: '0', role: 'application',
+      'aria-label': '3D view. Arrow keys orbit, with Shift they pan; plus and minus zoom; F fits.'});
+    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: true, alpha: true});
+    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;  // the materials encode by themselves
+    this.scene = new THREE.Scene();
+    this.model = new THREE.Group();
+    this.model.matrixAutoUpdate = false;
+    this.scene.add(this.model);
+    this.perspective = new THREE.PerspectiveCamera(fov, 1, 0.01, 100);
+    this.orthographic = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 100);
+    this.controls = new CameraControls(this.canvas, (camera, done) => this.moved(camera, done));
+    this.bounds = new THREE.Box3(new THREE.Vector3(-0.5, -0.5, -0.5), new THREE.Vector3(0.5, 0.5, 0.5));
+    new ResizeObserver(() => this.resize()).observe(this.canvas);
+    store.on(['view.camera', 'view.orthographic'], () => this.adopt_camera());
+  }
+
+  get camera() {
+    return this.store.get('view.orthographic') ? this.orthographic : this.perspective;
+  }
+
+  moved(camera, done) {
+    this.store.preview({'view.camera': camera}, 'move the camera');
+    if (done) this.store.commit();
+  }
+
+  adopt_camera() {
+    const camera = this.store.get('view.camera');
+    if (!camera) this.fit(null, false);
+    else this.controls.camera = structuredClone(camera);
+    this.invalidate();
+  }
+
+  /// World box of what there is to see.
+  set_bounds(min, max) {
+    this.bounds.min.set(...min);
+    this.bounds.max.set(...max);
+    if (!this.store.get('view.camera')) this.fit(null, false);
+    this.invalidate();
+  }
+
+  /// direction: from the target to the eye; null keeps it. A fit that nobody asked for leaves no entry to undo.
+  fit(direction = null, by_person = true) {
+    const center = this.bounds.getCenter(new THREE.Vector3()).toArray();
+    this.fly(center, this.radius(), direction, by_person);
+  }
+
+  fly(center, radius, direction = null, by_person = true) {
+    const {on_move} = this.controls;
+    if (!by_person) this.controls.on_move = () => this.invalidate();
+    this.controls.look(center, radius, direction, fov, this.aspect());
+    this.controls.on_move = on_move;
+  }
+
+  radius() {
+    return Math.max(1e-6, this.bounds.getSize(new THREE.Vector3()).length() / 2);
+  }
+
+  /// A point of the mesh's own coordinates in the world.
+  model_point(point) {
+    return new THREE.Vector3(...point).applyMatrix4(this.model.matrix).toArray();
+  }
+
+  /// A ring that faces the eye, around what was flown to.
+  mark(point, radius) {
+    this.marker ??= make_marker(this.scene);
+    this.marker.position.set(...point);
+    this.marker.scale.setScalar(radius);
+    this.marker.visible = true;
+    this.invalidate();
+  }
+
+  aspect() {
+    return Math.max(0.1, this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight));
+  }
+
+  resize() {
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    this.renderer.setSize(width, height, false);
+    if (!this.store.get('view.camera')) this.fit(null, false);
+    this.draw();
+  }
+
+  invalidate() {
+    this.pending ??= requestAnimationFrame(() => this.draw());
+  }
+
+  draw() {
+    cancelAnimationFrame(this.pending);
+    this.pending = null;
+    this.place_cameras();
+    this.marker?.quaternion.copy(this.camera.quaternion);
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  place_cameras() {
+    const {position, target} = this.controls.camera;
+    const eye = new THREE.Vector3(...position), at = new THREE.Vector3(...target);
+    const distance = eye.distanceTo(at);
+    const reach = this.bounds.getSize(new THREE.Vector3()).length() + this.bounds.distanceToPoint(eye);
+    for (const camera of [this.perspective, this.orthographic]) {
+      camera.position.copy(eye);
+      camera.lookAt(at);
+    }
+    this.perspective.aspect = this.aspect();
+    this.perspective.near = Math.max(distance, reach) / 1000;
+    this.perspective.far = 20 * Math.max(distance, reach);
+    const half = distance * Math.tan(fov * Math.PI / 360);
+    Object.assign(this.orthographic, {left: -half * this.aspect(), right: half * this.aspect(), top: half, bottom: -half,
+      near: -20 * reach, far: 20 * reach});
+    for (const camera of [this.perspective, this.orthographic]) camera.updateProjectionMatrix(), camera.updateMatrixWorld();
+  }
+
+  /// World ray through a point of the page.
+  ray(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
+    const caster = new THREE.Raycaster();
+    this.place_cameras();
+    caster.setFromCamera(at, this.camera);
+    return caster.ray;
+  }
+
+  screenshot() {
+    this.draw();
+    return new Promise(resolve => this.canvas.toBlob(resolve, 'image/png'));
+  }
+}
+
+function make_marker(scene) {
+  const material = new THREE.MeshBasicMaterial({color: '#ff6a4d', depthTest: false, transparent: true});
+  const marker = new THREE.Mesh(new THREE.RingGeometry(0.86, 1, 48), material);
+  marker.renderOrder = 3;
+  scene.add(marker);
+  return marker;
+}

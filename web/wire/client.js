@@ -1,0 +1,67 @@
+/// Requests to /api/v1. Every refusal becomes a Problem that carries the server's RFC 9457 document.
+export class Problem extends Error {
+  constructor(document) {
+    super(document.detail ?? document.title ?? 'The request failed.');
+    Object.assign(this, {status: 0, code: 'unknown', hint: '', errors: [], ...document, name: 'Problem'});
+  }
+}
+
+const lost = () => new Problem({
+  code: 'server_lost', title: 'The server does not answer',
+  detail: 'The server does not answer.', hint: 'Start it again with server/run; the page goes on by itself.',
+});
+
+export class Client extends EventTarget {
+  constructor(base = './api/v1') {
+    super();
+    this.base = base;
+    this.token = document.querySelector('meta[name=isochor-token]').content || sessionStorage.getItem('isochor-token');
+    if (this.token) sessionStorage.setItem('isochor-token', this.token);
+  }
+
+  url(path) {
+    return path.startsWith('/') && !path.startsWith('/api/') ? this.base + path : path;
+  }
+
+  async request(method, path, {json, body, headers = {}, signal} = {}) {
+    const init = {method, signal, headers: {...headers}};
+    if (method !== 'GET' && this.token) init.headers.Authorization = `Bearer ${this.token}`;
+    if (json !== undefined) {
+      init.headers['Content-Type'] = 'application/json';
+      init.body = JSON.stringify(json);
+    } else if (body !== undefined) {
+      init.body = body;
+    }
+    let response;
+    try {
+      response = await fetch(this.url(path), init);
+    } catch (error) {
+      if (error.name === 'AbortError') throw error;
+      this.dispatchEvent(new Event('lost'));
+      throw lost();
+    }
+    if (!response.ok) throw await problem_of(response);
+    return response;
+  }
+
+  async get(path, options) {
+    return (await this.request('GET', path, options)).json();
+  }
+
+  async send(method, path, json, options) {
+    const response = await this.request(method, path, {json, ...options});
+    return response.status === 204 ? null : response.json();
+  }
+
+  /// After the server came back: a new launch has a new token, which stands in a fresh copy of the page.
+  async refresh_token() {
+    const page = await (await fetch('./', {cache: 'no-store'})).text();
+    const fresh = new DOMParser().parseFromString(page, 'text/html').querySelector('meta[name=isochor-token]')?.content;
+    if (fresh) sessionStorage.setItem('isochor-token', this.token = fresh);
+  }
+}
+
+async function problem_of(response) {
+  const document = await response.json().catch(() => ({}));
+  return new Problem({title: response.statusText, status: response.status, ...document});
+}

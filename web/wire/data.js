@@ -1,0 +1,24 @@
+import {Problem} from './client.js';
+
+const worker = new Worker(new URL('./data_worker.js', import.meta.url), {type: 'module'});
+const waiting = new Map();
+let next_id = 0;
+
+worker.addEventListener('message', ({data}) => {
+  const {resolve, reject} = waiting.get(data.id);
+  waiting.delete(data.id);
+  if (data.problem) reject(new Problem(data.problem));
+  else resolve(data.value);
+});
+
+/// Work off the main thread: see data_worker.js for the tasks.
+export function ask(task, message, transfer = []) {
+  const id = ++next_id;
+  return new Promise((resolve, reject) => {
+    waiting.set(id, {resolve, reject});
+    worker.postMessage({id, task, ...message}, transfer);
+  });
+}
+
+/// GET of a document with bulk arrays, decoded into typed arrays; `task` may prepare them for drawing as well.
+export const load = (client, path, task = 'load') => ask(task, {url: new URL(client.url(path), location.href).href});

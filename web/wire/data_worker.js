@@ -1,0 +1,40 @@
+// Fetches and decodes bulk data, and prepares what is drawn, off the main thread.
+import {decode_tree} from './decode.js';
+import {cell_topology} from '../view/cell_topology.js';
+import {voxel_faces} from '../view/voxel_faces.js';
+
+async function load({url}) {
+  const response = await fetch(url);
+  const document = await response.json().catch(() => ({title: response.statusText, status: response.status}));
+  if (!response.ok) throw document;
+  const buffers = [];
+  return [decode_tree(document, buffers), buffers];
+}
+
+const tasks = {
+  load,
+  /// Tets of a model with their quality, the outer faces of its cells and their neighbours.
+  async load_cells({url}) {
+    const [[tets, a], [quality, b]] = await Promise.all([load({url: `${url}/tets`}), load({url: `${url}/quality`})]);
+    const topology = cell_topology(tets.tets);
+    return [{...quality, ...tets, ...topology}, [...a, ...b, topology.outer.buffer, topology.neighbour.buffer]];
+  },
+  async load_voxels({url}) {
+    const [voxels, buffers] = await load({url: `${url}/voxels?shell=false`});
+    const faces = voxel_faces(voxels);
+    const made = [faces.face_voxel.buffer, faces.face_direction.buffer, faces.inside.buffer];
+    return [{...voxels, ...faces}, [...buffers, ...made]];
+  },
+};
+
+self.addEventListener('message', async ({data}) => {
+  const {id, task, ...message} = data;
+  try {
+    const [value, buffers] = await tasks[task](message);
+    self.postMessage({id, value}, [...new Set(buffers)]);
+  } catch (error) {
+    const problem = error instanceof Error
+      ? {code: 'server_lost', title: 'The data could not be read', detail: error.message} : error;
+    self.postMessage({id, problem});
+  }
+});

@@ -1,0 +1,102 @@
+// Reads a simulation's NDJSON stream, or a recording of one, and decodes its frames off the main thread.
+import {decode_array, decode_body, decode_frame, frame_buffers} from './decode.js';
+
+let reading = null;
+let recording = null;
+
+async function read_lines(stream, on_line) {
+  const reader = stream.pipeThrough(new TextDecoderStream()).getReader();
+  let parts = [];
+  for (;;) {
+    const {value, done} = await reader.read();
+    if (done) break;
+    let from = 0;
+    for (let end = value.indexOf('\n'); end >= 0; end = value.indexOf('\n', from)) {
+      parts.push(value.slice(from, end));
+      on_line(parts.length === 1 ? parts[0] : parts.join(''));
+      parts = [];
+      from = end + 1;
+    }
+    if (from < value.length) parts.push(value.slice(from));
+  }
+  if (parts.length) on_line(parts.join(''));
+}
+
+function post_line(text, generation) {
+  if (!text.trim()) return;
+  const line = JSON.parse(text);
+  if (line.type === 'frame') {
+    decode_frame(line);
+    self.postMessage({generation, line}, frame_buffers(line));
+    return;
+  }
+  if (line.type === 'hello' && line.bodies) line.bodies = line.bodies.map(decode_body).map(decode_embedded);
+  self.postMessage({generation, line});
+}
+
+function decode_embedded(body) {
+  if (!body.embedded) return body;
+  const {positions, triangles, tet, weights} = body.embedded;
+  body.embedded = {positions: decode_array(positions), triangles: decode_array(triangles, Int32Array),
+    tet: decode_array(tet, Int32Array), weights: decode_array(weights)};
+  return body;
+}
+
+async function follow({url, generation}) {
+  reading?.abort();
+  const abort = reading = new AbortController();
+  try {
+    const response = await fetch(url, {signal: abort.signal, cache: 'no-store'});
+    if (!response.ok) throw await response.json().catch(() => ({title: response.statusText, status: response.status}));
+    await read_lines(response.body, text => post_line(text, generation));
+    self.postMessage({generation, closed: true});
+  } catch (error) {
+    if (!abort.signal.aborted) self.postMessage({generation, closed: true, problem: error instanceof Error ? null : error});
+  }
+}
+
+async function replay({file, generation}) {
+  reading?.abort();
+  try {
+    await read_lines(file.stream(), text => post_line(text, generation));
+    self.postMessage({generation, replayed: true});
+  } catch (error) {
+    self.postMessage({generation, closed: true, problem: {code: 'cannot_read', title: 'This is not a recording',
+      detail: `${file.name} cannot be read as a recording: ${error.message}`,
+      hint: 'Drop a file that was recorded here or written by isochor simulate.'}});
+  }
+}
+
+/// A recording is the stream itself, every frame of it, with the bodies in its first line.
+async function record({url}) {
+  const abort = new AbortController();
+  const chunks = [];
+  recording = {abort, chunks};
+  try {
+    const response = await fetch(url, {signal: abort.signal, cache: 'no-store'});
+    for await (const chunk of response.body) chunks.push(chunk);
+  } catch (error) {
+    if (error.name !== 'AbortError') self.postMessage({recording_failed: error.message});
+  }
+}
+
+function end_recording() {
+  const {abort, chunks} = recording;
+  recording = null;
+  abort.abort();
+  self.postMessage({recorded: new Blob(trim_to_line(chunks), {type: 'application/x-ndjson'})});
+}
+
+/// The last line may have arrived in part.
+function trim_to_line(chunks) {
+  const kept = [...chunks];
+  while (kept.length) {
+    const end = kept.at(-1).lastIndexOf(10) + 1;
+    if (end > 0) return [...kept.slice(0, -1), kept.at(-1).subarray(0, end)];
+    kept.pop();
+  }
+  return kept;
+}
+
+const tasks = {follow, replay, record, end_recording, close: () => reading?.abort()};
+self.addEventListener('message', ({data: {task, ...message}}) => tasks[task](message));

@@ -1,0 +1,80 @@
+import {Client} from '../wire/client.js';
+import {default_state} from '../state/defaults.js';
+import {Store, copy} from '../state/store.js';
+import {default_params, read_schema} from '../state/schema.js';
+import {Meshing} from './meshing.js';
+import {Playback} from './playback.js';
+import {Simulation} from './simulation.js';
+import {Looking} from './looking.js';
+import {Viewport} from '../view/viewport.js';
+import {opening} from './opening.js';
+import {playing} from './playing.js';
+import {Problem} from '../wire/client.js';
+import {report_problems} from './problems.js';
+import {download} from '../ui/dom.js';
+
+/// Everything that the panels share, and what a person can do. Events on `events`: say, problem, solved, scene,
+/// theme, server.
+export function make_app() {
+  const client = new Client();
+  const store = new Store(copy(default_state));
+  const app = {client, store, events: new EventTarget(), meshing: new Meshing(client, store),
+    simulation: new Simulation(client), viewport: new Viewport(store), parameters: [], presets: [], samples: {meshes: [], scenes: []}};
+  app.playback = new Playback(app.simulation);
+  app.looking = new Looking(app);
+  app.tell = (name, detail) => app.events.dispatchEvent(new CustomEvent(name, {detail}));
+  app.say = text => app.tell('say', text);
+  app.run = action => run(app, action);
+  Object.assign(app, opening(app), playing(app), history(app), page(app));
+  report_problems(app);
+  return app;
+}
+
+/// Errors of a person's action become a problem card.
+async function run(app, action) {
+  try {
+    return await action();
+  } catch (error) {
+    if (error.name === 'AbortError') return null;
+    if (!(error instanceof Problem) && !error.code) console.error(error);
+    app.report(error);
+    return null;
+  }
+}
+
+export async function load_tables(app) {
+  const [schema, samples] = await Promise.all([app.client.get('/parameters'), app.client.get('/samples')]);
+  app.parameters = read_schema(schema);
+  app.presets = schema['x-presets'] ?? [];
+  app.samples = samples;
+  app.meshing.stage_by_name = Object.fromEntries(app.parameters.map(({name, stage}) => [name, stage]));
+  app.defaults = default_params(app.parameters);
+  app.store.adopt({params: app.defaults});
+}
+
+const history = ({store, say}) => ({
+  undo() {
+    const label = store.undo_stack.at(-1)?.label;
+    store.undo();
+    if (label) say(`Undone: ${label}`);
+  },
+  redo() {
+    const label = store.redo_stack.at(-1)?.label;
+    store.redo();
+    if (label) say(`Redone: ${label}`);
+  },
+});
+
+const page = app => ({
+  toggle_theme() {
+    const root = document.documentElement;
+    root.dataset.theme = root.dataset.theme === 'light' ? 'dark' : 'light';
+    localStorage.setItem('isochor-theme', root.dataset.theme);
+    app.tell('theme');
+    app.looking.update();
+  },
+  async save_screenshot() {
+    download(await app.viewport.screenshot(), `${app.meshing.mesh?.name ?? 'isochor'}.png`);
+    app.say('Picture saved');
+  },
+});

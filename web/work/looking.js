@@ -1,0 +1,93 @@
+import * as THREE from '../three.js';
+import {clip_plane} from '../view/clip_plane.js';
+import {grid_mesh} from '../view/collider_mesh.js';
+import {SimLayer} from '../view/sim_layer.js';
+import {SurfaceLayer} from '../view/surface_layer.js';
+import {TetLayer} from '../view/tet_layer.js';
+import {VoxelLayer} from '../view/voxel_layer.js';
+import {make_selection, tet_coloring, voxel_coloring} from '../view/coloring.js';
+import {once_a_frame} from '../ui/dom.js';
+
+/// Brings the state's view, the model and the simulation onto the screen: which layers, where, in which colours.
+/// Events: coloring (the scale or its values changed).
+export class Looking extends EventTarget {
+  constructor(app) {
+    super();
+    const {store, viewport, meshing, simulation} = Object.assign(this, app);
+    this.surface = new SurfaceLayer(viewport, viewport.model);
+    this.voxels = new VoxelLayer(viewport);
+    this.tets = new TetLayer(viewport);
+    this.sim = new SimLayer(viewport);
+    this.grid = grid_mesh();
+    this.grid.rotation.x = -Math.PI / 2;
+    viewport.scene.add(this.grid);
+    const soon = once_a_frame(() => this.update());
+    meshing.addEventListener('mesh', () => this.place());
+    meshing.addEventListener('geometry', () => this.show_geometry());
+    meshing.addEventListener('model', () => (this.tets.set_cells(meshing.cells), this.update()));
+    meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
+    simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.update()));
+    simulation.addEventListener('frame', () => this.show_frame());
+    store.on(['view.layers', 'view.clip', 'view.explode', 'view.edges_only', 'view.color_by', 'view.voxel_color',
+      'view.select', 'view.sim_look'], soon);
+    store.on('scene', () => this.place());
+  }
+
+  /// The mesh stands where the scene's body starts.
+  place() {
+    const body = this.store.get('scene')?.bodies.find(({mesh}) => mesh === 'current');
+    const report = this.meshing.mesh?.report;
+    if (!body || !report) return;
+    const {viewport} = this;
+    viewport.model.matrix.compose(new THREE.Vector3(...body.position), new THREE.Quaternion(...body.orientation), new THREE.Vector3().setScalar(body.scale));
+    viewport.model.updateMatrixWorld(true);
+    const box = new THREE.Box3(new THREE.Vector3(...report.bounds.min), new THREE.Vector3(...report.bounds.max));
+    box.applyMatrix4(viewport.model.matrix);
+    viewport.set_bounds(box.min.toArray(), box.max.toArray());
+    this.update();
+  }
+
+  show_geometry() {
+    const {positions, triangles} = this.meshing.geometry;
+    this.surface.set_triangles(positions, triangles);
+    this.place();
+  }
+
+  show_frame() {
+    if (!this.simulation.shown) return;
+    this.sim.set_frame(this.simulation.shown);
+    if (this.store.get('view.color_by') === 'volume_error') this.update();
+  }
+
+  update() {
+    const view = this.store.get('view');
+    const {layers} = view;
+    const plane = this.plane = clip_plane(view.clip, this.viewport.bounds);
+    const solid = layers.tets || layers.voxels;
+    if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.meshing.load_voxels();
+    this.surface.show(layers.surface && Boolean(this.meshing.geometry));
+    this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only});
+    this.coloring = tet_coloring(view.color_by, this.meshing, this.sim);
+    this.update_tets(view, plane);
+    this.update_voxels(view, plane);
+    this.sim.show(layers.sim);
+    this.sim.update({look: view.sim_look, scale: view.sim_look === 'cells' && view.color_by === 'volume_error' ? this.coloring.scale : null, edges_only: view.edges_only});
+    this.viewport.invalidate();
+    this.dispatchEvent(new Event('coloring'));
+  }
+
+  update_tets(view, plane) {
+    const shown = view.layers.tets && Boolean(this.meshing.cells);
+    this.tets.show(shown);
+    if (!shown) return;
+    this.selected = make_selection(view.select, this.coloring);
+    this.tets.update({plane, cut: view.clip.mode === 'cut', explode: view.explode, selected: this.selected,
+      values: this.coloring.values, scale: this.coloring.scale, edges_only: view.edges_only});
+  }
+
+  update_voxels(view, plane) {
+    const shown = view.layers.voxels && Boolean(this.meshing.voxels);
+    this.voxels.show(shown);
+    if (shown) this.voxels.update({plane, edges_only: view.edges_only, ...voxel_coloring(view.voxel_color, this.meshing.voxels)});
+  }
+}

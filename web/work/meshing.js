@@ -1,0 +1,147 @@
+import {load} from '../wire/data.js';
+import {finish_job} from '../wire/jobs.js';
+
+export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
+
+/// The way from the mesh and the parameters of the state to a model. The newest request wins: while a slider moves,
+/// coarse previews follow each other; its release supersedes what is under way.
+/// Events: mesh, stages, model, cells, voxels, problem, progress.
+export class Meshing extends EventTarget {
+  constructor(client, store) {
+    super();
+    Object.assign(this, {client, store, mesh: null, geometry: null, model: null, cells: null, voxels: null, problem: null});
+    this.stages = Object.fromEntries(stage_names.map(name => [name, {state: 'stale', ms: null, reused: false}]));
+    this.job = null;
+    this.waiting = null;
+    this.busy = false;
+    store.on('params', live => this.request(live));
+  }
+
+  tell(name) {
+    this.dispatchEvent(new Event(name));
+  }
+
+  /// The sample, the known mesh or the file of a person.
+  async open({sample, id, file}) {
+    this.mark_from(stage_names[0], 'stale');
+    const mesh = await this.fetch_mesh({sample, id, file});
+    this.abort?.abort();
+    this.mesh = mesh;
+    this.file = file ?? null;
+    this.model = this.cells = this.voxels = null;
+    this.tell('mesh');
+    const geometry = load(this.client, `/meshes/${mesh.id}/geometry`);
+    this.request(false);
+    this.geometry = await geometry;
+    this.tell('geometry');
+  }
+
+  async fetch_mesh({sample, id, file}) {
+    if (sample) return this.client.send('POST', `/meshes?sample=${encodeURIComponent(sample)}`);
+    if (id) return this.client.get(`/meshes/${id}`);
+    const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file});
+    return response.json();
+  }
+
+  /// live: a preview is enough, for the slider still moves.
+  request(live) {
+    if (!this.mesh) return;
+    const params = this.store.get('params');
+    if (this.busy && live && performance.now() - this.started < 150) {
+      this.waiting = {live};
+      return;
+    }
+    this.waiting = null;
+    this.run(params, live);
+  }
+
+  async run(params, live) {
+    const mesh = this.mesh;
+    this.abort?.abort();
+    const abort = this.abort = new AbortController();
+    this.busy = true;
+    this.started = performance.now();
+    this.mark_changed(params);
+    try {
+      const result = await this.make_model({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full'}, abort);
+      if (abort.signal.aborted) return;
+      await this.adopt(result, params, live);
+    } catch (error) {
+      if (!abort.signal.aborted && error.name !== 'AbortError') this.fail(error);
+    }
+    if (this.abort !== abort) return;
+    this.busy = false;
+    this.tell('progress');
+    if (this.waiting) this.request(this.waiting.live);
+  }
+
+  async make_model(request, {signal}) {
+    if (this.job) request.supersedes = this.job.id;
+    let job = await this.client.send('POST', '/models?wait_ms=100', request, {signal});
+    this.job = job;
+    const result = await finish_job(this.client, job, {signal, on_progress: now => {
+      this.job = job = now;
+      this.tell('progress');
+    }});
+    this.job = null;
+    return result;
+  }
+
+  async adopt({model_id, model}, params, live) {
+    const asked = this.asked = (this.asked ?? 0) + 1;
+    const cells = await load(this.client, `/models/${model_id}`, 'load_cells');
+    if (asked < this.asked) return;
+    Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
+    this.took_ms = performance.now() - this.started;
+    for (const {name, ms, reused} of model.stages) if (this.stages[name]) this.stages[name] = {state: 'fresh', ms, reused};
+    this.tell('stages');
+    this.tell('model');
+  }
+
+  fail(problem) {
+    this.problem = problem;
+    for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';
+    const failed = this.job?.phase ?? stage_names.find(name => this.stages[name].state === 'stale');
+    if (this.stages[failed] && problem.code !== 'server_lost') this.stages[failed].state = 'failed';
+    this.job = null;
+    this.tell('stages');
+    this.tell('problem');
+  }
+
+  cancel() {
+    this.abort?.abort();
+    this.busy = false;
+    for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';
+    this.tell('stages');
+    this.tell('progress');
+  }
+
+  async load_voxels() {
+    const {model} = this;
+    if (!model || this.voxels || this.loading_voxels === model.id) return;
+    this.loading_voxels = model.id;
+    const voxels = await load(this.client, `/models/${model.id}`, 'load_voxels');
+    this.loading_voxels = null;
+    if (this.model !== model) return;
+    this.voxels = voxels;
+    this.tell('voxels');
+  }
+
+  mark_changed(params) {
+    const changed = this.made_with ? Object.keys(params).filter(name => params[name] !== this.made_with[name]) : null;
+    const first = changed ? Math.min(...changed.map(name => stage_names.indexOf(this.stage_of(name)))) : 0;
+    this.mark_from(stage_names[Number.isFinite(first) ? Math.max(0, first) : stage_names.length - 1], 'running');
+  }
+
+  mark_from(first, state) {
+    for (const name of stage_names.slice(stage_names.indexOf(first))) this.stages[name].state = state;
+    this.tell('stages');
+  }
+
+  stage_of(name) {
+    return this.stage_by_name?.[name];
+  }
+}
+
+/// Absent values have their defaults on the server.
+export const wire_params = params => Object.fromEntries(Object.entries(params).filter(([, value]) => value !== null));

@@ -1,0 +1,62 @@
+import {default_state, sample_presets} from '../state/defaults.js';
+import {make_scene} from '../state/scene_templates.js';
+import {param_changes} from '../state/constraints.js';
+
+/// Opening meshes, samples, scenes and recordings.
+export const opening = app => {
+  const {store, meshing, simulation} = app;
+
+  const fit_scene = () => {
+    const {bounds} = meshing.mesh.report;
+    store.adopt({scene: make_scene(store.get('template'), bounds, store.get('mesh'))});
+    app.tell('scene');
+  };
+
+  const open = source => app.run(async () => {
+    await simulation.close();
+    simulation.set_state('none');
+    await meshing.open(source);
+    app.tell('solved');
+  });
+
+  meshing.addEventListener('mesh', () => {
+    const scene = store.get('scene');
+    if (!scene || app.refit) fit_scene();
+    app.refit = false;
+  });
+  store.on(['template', 'mesh.up', 'mesh.fit', 'mesh.unit'], () => meshing.mesh && !app.restoring && fit_scene());
+
+  return {
+    open,
+    open_sample(name) {
+      const values = {...app.defaults, ...app.presets.find(preset => preset.name === sample_presets[name])?.values};
+      return replace_mesh(app, {sample: name, id: null, name}, values, {sample: name});
+    },
+    open_file(file) {
+      if (/\.ndjson$/i.test(file.name)) return app.replay(file);
+      return replace_mesh(app, {sample: null, id: null, name: file.name}, app.defaults, {file});
+    },
+    apply_params(values, label) {
+      store.set(param_changes({...app.defaults, ...values}), label);
+    },
+    fly_to_defect({name, locations}, k) {
+      const {viewport} = app;
+      const point = viewport.model_point(locations[k]);
+      const radius = 0.08 * viewport.radius();
+      viewport.mark(point, radius);
+      viewport.fly(point, radius * 2.5);
+      app.say(`${name.replaceAll('_', ' ')}: ${k + 1} of ${locations.length}`);
+    },
+  };
+};
+
+async function replace_mesh(app, mesh, params, source) {
+  const {store} = app;
+  app.restoring = true;
+  store.adopt({'view.camera': null, 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
+  app.restoring = false;
+  app.refit = true;
+  await app.open(source);
+  const id = app.meshing.mesh?.id;
+  if (id) store.adopt({'mesh.id': id});
+}

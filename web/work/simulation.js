@@ -1,0 +1,153 @@
+import {ask, load} from '../wire/data.js';
+import {FrameBuffer} from './frame_buffer.js';
+
+/// One simulation on the server (or a recording), its frames and the place shown.
+/// Events: bodies, frame (the shown one), frames, state, problem, lost.
+export class Simulation extends EventTarget {
+  constructor(client) {
+    super();
+    Object.assign(this, {client, id: null, state: 'none', info: null, plan: null, bodies: [], shown: null, speed: 1});
+    this.buffer = new FrameBuffer();
+    this.worker = new Worker(new URL('../wire/stream_worker.js', import.meta.url), {type: 'module'});
+    this.worker.addEventListener('message', ({data}) => this.receive(data));
+    this.generation = 0;
+    this.replaying = null;
+    this.recording = false;
+  }
+
+  tell(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, {detail}));
+  }
+
+  /// Compiles the scene on the server; resolves when its bodies are known and frame 0 is on its way.
+  async create(scene) {
+    await this.close();
+    const generation = ++this.generation;
+    this.set_state('preparing');
+    try {
+      let info = await this.client.send('POST', '/simulations?wait_ms=2000', scene);
+      this.id = info.id;
+      while (info.state === 'preparing' && generation === this.generation)
+        info = await this.client.get(`/simulations/${info.id}`);
+      if (info.state === 'failed') throw Object.assign(new Error(info.problem?.detail), info.problem);
+      if (generation !== this.generation) return;
+      this.take_info(info);
+      const topology = await load(this.client, `/simulations/${info.id}/topology`);
+      if (generation !== this.generation) return;
+      await this.set_bodies(topology.bodies);
+      this.follow();
+      this.set_state(info.state);
+      if (this.speed !== 1) await this.patch({speed: this.speed});
+    } catch (error) {
+      if (generation === this.generation) this.set_state('none');
+      throw error;
+    }
+  }
+
+  take_info(info) {
+    this.info = info;
+    this.plan = info.plan ?? this.plan;
+  }
+
+  async set_bodies(bodies) {
+    this.bodies = await Promise.all(bodies.map(async body => body.type === 'deformable'
+      ? {...body, ...await ask('cells', {tets: body.tets})} : body));
+    this.buffer.clear();
+    this.shown = null;
+    this.tell('bodies');
+  }
+
+  follow() {
+    const url = new URL(this.client.url(`/simulations/${this.id}/frames`), location.href).href;
+    this.worker.postMessage({task: 'follow', url, generation: this.generation});
+  }
+
+  async receive(data) {
+    if (data.recorded) return this.finish_recording?.(data.recorded);
+    if (data.generation !== this.generation) return;
+    if (data.closed) return this.closed(data.problem);
+    if (data.replayed) return this.set_state('recording');
+    const {line} = data;
+    if (line.type === 'hello') await this.hello(line);
+    else if (line.type === 'frame') this.take_frame(line);
+    else if (line.type === 'state') this.set_state(line.state);
+    else if (line.type === 'error') this.tell('problem', line.problem);
+    else if (line.type === 'end') this.ended = true;
+  }
+
+  async hello(line) {
+    this.plan = line.plan ?? this.plan;
+    if (!line.bodies) return;
+    this.info = {...line, frame_rate: line.frame_rate};
+    this.early_frames = [];
+    await this.set_bodies(line.bodies);
+    const early = this.early_frames;
+    this.early_frames = null;
+    for (const frame of early) this.take_frame(frame);
+  }
+
+  take_frame(frame) {
+    if (this.early_frames) return void this.early_frames.push(frame);
+    this.buffer.add(frame);
+    const from_file = this.state === 'recording' || this.state === 'reading';
+    if (this.replaying === null && !from_file || !this.shown) this.show(frame);
+    this.tell('frames');
+  }
+
+  show(frame) {
+    if (!frame) return;
+    this.shown = frame;
+    this.tell('frame');
+  }
+
+  set_state(state) {
+    if (this.state === 'reading' && state !== 'recording' && state !== 'none' && state !== 'preparing') return;
+    this.state = state;
+    this.tell('state');
+  }
+
+  closed(problem) {
+    if (this.ended || this.state === 'none' || this.state === 'recording') return;
+    if (problem) this.tell('problem', problem);
+    else this.tell('lost');
+  }
+
+  async patch(changes) {
+    if (!this.id) return;
+    this.take_info(await this.client.send('PATCH', `/simulations/${this.id}`, changes));
+    this.set_state(this.info.state);
+  }
+
+  /// The file of a recording, dropped on the page.
+  async replay(file) {
+    await this.close();
+    this.set_state('reading');
+    this.worker.postMessage({task: 'replay', file, generation: ++this.generation});
+  }
+
+  start_recording() {
+    const from = (this.shown?.seq ?? 0) - 1;
+    const url = new URL(this.client.url(`/simulations/${this.id}/frames?pace=every&topology=inline&after_seq=${from}`), location.href).href;
+    this.worker.postMessage({task: 'record', url});
+    this.recording = true;
+    this.tell('state');
+  }
+
+  async stop_recording() {
+    this.recording = false;
+    const file = new Promise(resolve => this.finish_recording = resolve);
+    this.worker.postMessage({task: 'end_recording'});
+    this.tell('state');
+    return file;
+  }
+
+  async close() {
+    const {id} = this;
+    this.id = null;
+    this.ended = false;
+    this.replaying = null;
+    ++this.generation;
+    this.worker.postMessage({task: 'close'});
+    if (id) await this.client.request('DELETE', `/simulations/${id}`).catch(() => {});
+  }
+}
