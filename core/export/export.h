@@ -1,6 +1,5 @@
 #pragma once
 #include <filesystem>
-#include <iosfwd>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,14 +13,15 @@ namespace isochor {
 /// One verified dialect per consumer.
 struct ExportFormat {
   std::string_view name;       ///< "msh2", "msh4", "vtu", … as in /models/{id}/exports/{format}
-  std::string_view extension;  ///< ".msh"; several files become one .zip-free set, see write_model
+  std::string_view extension;  ///< ".msh"; of a set of files the first one's
   std::string_view media_type;
   std::string_view consumers;    ///< "Gmsh, SOFA, DART"
   std::string_view conventions;  ///< index base, winding, units: one sentence
 };
 std::span<const ExportFormat> export_formats();
 
-/// By name, or by extension where that is unambiguous. Throws unsupported_format.
+/// By name, or by extension (".msh", any case): the first of the table that has it. Throws
+/// unsupported_format.
 const ExportFormat& export_format(std::string_view name_or_extension);
 
 struct ExportFile {
@@ -34,12 +34,15 @@ struct ExportModel {
   const TetMesh& mesh;
   const Embedding* embedding = nullptr;  ///< needed by "embedding" only
   std::string comment;
+  std::string stem = "model";  ///< file name without extension, for files that name each other
 };
 
-/// The same bytes for the same model. Throws unsupported_format.
+/// The same bytes for the same model. Throws invalid_argument when the format needs an embedding and there
+/// is none.
 std::vector<ExportFile> export_model(const ExportModel& model, const ExportFormat& format);
 
-/// Writes beside the target and renames, so that nothing is ever half-written. Throws cannot_write.
-void write_file(const std::filesystem::path& path, std::string_view content);
+/// Where the files of a set go: a single one to the target itself, several to its stem and their suffixes.
+std::vector<std::filesystem::path> export_paths(const std::filesystem::path& target,
+                                                std::span<const ExportFile> files);
 
 }  // namespace isochor

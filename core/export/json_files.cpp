@@ -1,0 +1,74 @@
+#include <algorithm>
+
+#include "core/common/error.h"
+#include "core/export/text.h"
+#include "core/export/writers.h"
+
+namespace isochor {
+namespace {
+
+/// The only text in these files; what needs an escape is replaced.
+std::string plain(std::string text) {
+  for (char& c : text)
+    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e)
+      c = '?';
+  return text;
+}
+
+template <class Range, class Item>
+void array(Text& text, std::string_view name, const Range& range, const Item& item) {
+  text << ",\n\"" << name << "\":[";
+  bool first = true;
+  for (const auto& element : range) {
+    if (!first) text << ',';
+    first = false;
+    item(element);
+  }
+  text << ']';
+}
+
+/// Each edge once, sorted.
+std::vector<std::array<std::int32_t, 2>> edges_of(const TetMesh& mesh) {
+  std::vector<std::array<std::int32_t, 2>> edges;
+  edges.reserve(6 * mesh.tets.size());
+  for (const Tet& tet : mesh.tets)
+    for (int a = 0; a < 4; ++a)
+      for (int b = a + 1; b < 4; ++b) edges.push_back({std::min(tet[a], tet[b]), std::max(tet[a], tet[b])});
+  std::ranges::sort(edges);
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+}  // namespace
+
+std::vector<ExportFile> write_tet_json(const ExportModel& model) {
+  const TetMesh& mesh = model.mesh;
+  Text text;
+  text << "{\"comment\":\"" << plain(model.comment) << '"';
+  array(text, "verts", mesh.positions, [&](const Vec3& p) { text << p.x() << ',' << p.y() << ',' << p.z(); });
+  const auto indices = [&](const auto& tuple) { text.list(tuple, ',', 0); };
+  array(text, "tetIds", mesh.tets, indices);
+  array(text, "tetEdgeIds", edges_of(mesh), indices);
+  array(text, "tetSurfaceTriIds", mesh.surface, indices);
+  text << "}\n";
+  return {{".json", text.take()}};
+}
+
+std::vector<ExportFile> write_embedding(const ExportModel& model) {
+  if (!model.embedding)
+    throw Error(ErrorCode::invalid_argument, "the format \"embedding\" needs a model made from a mesh",
+                "choose another format");
+  const Embedding& embedding = *model.embedding;
+  Text text;
+  text << "{\"comment\":\"" << plain(model.comment) << "\",\n\"count\":" << embedding.tet.size();
+  array(text, "tet", embedding.tet, [&](std::int32_t tet) { text << tet; });
+  array(text, "vertices", embedding.tet,
+        [&](std::int32_t tet) { (text << '[').list(model.mesh.tets[tet], ',', 0) << ']'; });
+  array(text, "weights", embedding.weights, [&](const std::array<float, 4>& w) {
+    text << '[' << w[0] << ',' << w[1] << ',' << w[2] << ',' << w[3] << ']';
+  });
+  text << "}\n";
+  return {{".embedding.json", text.take()}};
+}
+
+}  // namespace isochor

@@ -1,0 +1,73 @@
+#include <fmt/format.h>
+
+#include "core/export/text.h"
+#include "core/export/writers.h"
+
+namespace isochor {
+namespace {
+
+// flexcomp accepts one node block and one element block of entity dimension 3, tags 1..N in order.
+std::string mesh_file(const ExportModel& model) {
+  const TetMesh& mesh = model.mesh;
+  const std::size_t nodes = mesh.positions.size(), tets = mesh.tets.size();
+  Text text;
+  text << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n";
+  text << "1 " << nodes << " 1 " << nodes << "\n3 1 0 " << nodes << '\n';
+  for (std::size_t i = 1; i <= nodes; ++i) text << i << '\n';
+  for (const Vec3& position : mesh.positions) text << position << '\n';
+  text << "$EndNodes\n$Elements\n1 " << tets << " 1 " << tets << "\n3 1 4 " << tets << '\n';
+  for (std::size_t t = 0; t < tets; ++t) (text << t + 1 << ' ').list(mesh.tets[t], ' ', 1) << '\n';
+  text << "$EndElements\n$Comments\n" << model.comment << "\n$EndComments\n";
+  return text.take();
+}
+
+/// XML comments must not hold two hyphens in a row.
+std::string comment_text(std::string text) {
+  for (std::size_t i = 1; i < text.size(); ++i)
+    if (text[i] == '-' && text[i - 1] == '-') text[i] = ' ';
+  return text;
+}
+
+std::string attribute_text(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += c;
+    }
+  return escaped;
+}
+
+// Mass and stiffness are a start to edit: water's density, and a soft rubber.
+std::string snippet(const ExportModel& model) {
+  const std::string name = attribute_text(model.stem);
+  return fmt::format(
+      "<!-- {} -->\n"
+      "<mujoco model=\"{}\">\n"
+      "  <option solver=\"CG\" tolerance=\"1e-6\"/>\n"
+      "  <worldbody>\n"
+      "    <flexcomp name=\"{}\" type=\"gmsh\" dim=\"3\" file=\"{}.msh\" radius=\"{}\" mass=\"{}\">\n"
+      "      <elasticity young=\"1e5\" poisson=\"0.45\" damping=\"0.01\"/>\n"
+      "      <contact selfcollide=\"none\" internal=\"false\"/>\n"
+      "    </flexcomp>\n"
+      "  </worldbody>\n"
+      "</mujoco>\n",
+      comment_text(model.comment), name, name, name, 0.02 * model.mesh.grid.spacing,
+      1000.0 * total_volume(model.mesh));
+}
+
+}  // namespace
+
+std::vector<ExportFile> write_msh4(const ExportModel& model) {
+  return {{".msh", mesh_file(model)}, {".xml", snippet(model)}};
+}
+
+}  // namespace isochor

@@ -1,0 +1,16 @@
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace isochor {
+
+/// Members keep the order in which they were added.
+using Json = nlohmann::ordered_json;
+
+/// Text from outside may hold any bytes: what is not UTF-8 is replaced instead of throwing. Numbers that are
+/// not finite become null. indent −1 writes one line.
+inline std::string to_text(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace isochor
