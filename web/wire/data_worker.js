@@ -19,6 +19,10 @@ const tasks = {
     const topology = cell_topology(tets.tets);
     return [{...quality, ...tets, ...topology}, [...a, ...b, topology.outer.buffer, topology.neighbour.buffer]];
   },
+  cells({tets}) {
+    const topology = cell_topology(tets);
+    return [topology, [topology.outer.buffer, topology.neighbour.buffer]];
+  },
   async load_voxels({url}) {
     const [voxels, buffers] = await load({url: `${url}/voxels?shell=false`});
     const faces = voxel_faces(voxels);
