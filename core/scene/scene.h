@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/dynamics/masses.h"
 #include "core/pipeline/pipeline.h"
 #include "core/rigid/motion.h"
 
@@ -17,7 +18,6 @@ namespace isochor {
 enum class VolumeSolver { newton, scaling, gradient };
 enum class ConstraintScope { per_cell, per_tet };
 enum class SpringIntegrator { automatic, symplectic, implicit, energy_momentum };
-enum class MassLumping { lumped, equal };
 
 struct SolverOptions {
   VolumeSolver volume = VolumeSolver::newton;

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/common/wide.h"
+#include "core/dynamics/spring_stencil.h"
+#include "core/parallel/parallel.h"
+
+namespace isochor {
+namespace {
+
+constexpr int block = 64;
+
+struct Arrays {
+  const double *x, *y, *z;
+};
+struct MutableArrays {
+  double *x, *y, *z;
+};
+Arrays arrays(const Coordinates& c) {
+  return {c.x.data(), c.y.data(), c.z.data()};
+}
+MutableArrays arrays(Coordinates& c) {
+  return {c.x.data(), c.y.data(), c.z.data()};
+}
+
+struct RunData {
+  std::span<const SpringRun> runs;
+  const double* rest_lengths;
+  const double* cells;
+  double stiffness, damping;
+};
+
+/// Guards the division for springs of length zero: they push nowhere.
+constexpr double tiny_length = 1e-200;
+
+inline void scatter(double* __restrict f, const double* __restrict force, std::int32_t a, std::int32_t b,
+                    int count) {
+  for (int t = 0; t < count; ++t) f[a + t] += force[t];
+  for (int t = 0; t < count; ++t) f[b + t] -= force[t];
+}
+
+ISOCHOR_WIDE void elastic_forces(const RunData& data, Arrays p, MutableArrays f) {
+  double fx[block], fy[block], fz[block];
+  for (const SpringRun& run : data.runs) {
+    for (std::int32_t begin = 0; begin < run.count; begin += block) {
+      const int count = std::min(block, run.count - begin);
+      const std::int32_t a = run.a + begin, b = run.b + begin;
+      const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
+      for (int t = 0; t < count; ++t) {
+        const double dx = p.x[b + t] - p.x[a + t], dy = p.y[b + t] - p.y[a + t], dz = p.z[b + t] - p.z[a + t];
+        const double l = std::sqrt(dx * dx + dy * dy + dz * dz);
+        const double s = data.stiffness * cells[t] * (l - length[t]) / (l + tiny_length);
+        fx[t] = s * dx, fy[t] = s * dy, fz[t] = s * dz;
+      }
+      scatter(f.x, fx, a, b, count);
+      scatter(f.y, fy, a, b, count);
+      scatter(f.z, fz, a, b, count);
+    }
+  }
+}
+
+ISOCHOR_WIDE void damped_forces(const RunData& data, Arrays p, Arrays v, MutableArrays f) {
+  double fx[block], fy[block], fz[block];
+  for (const SpringRun& run : data.runs) {
+    for (std::int32_t begin = 0; begin < run.count; begin += block) {
+      const int count = std::min(block, run.count - begin);
+      const std::int32_t a = run.a + begin, b = run.b + begin;
+      const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
+      for (int t = 0; t < count; ++t) {
+        const double dx = p.x[b + t] - p.x[a + t], dy = p.y[b + t] - p.y[a + t], dz = p.z[b + t] - p.z[a + t];
+        const double ux = v.x[b + t] - v.x[a + t], uy = v.y[b + t] - v.y[a + t], uz = v.z[b + t] - v.z[a + t];
+        const double l = std::sqrt(dx * dx + dy * dy + dz * dz) + tiny_length;
+        const double rate = (dx * ux + dy * uy + dz * uz) / l;
+        const double s = data.stiffness * cells[t] * (l - length[t] + data.damping * rate) / l;
+        fx[t] = s * dx, fy[t] = s * dy, fz[t] = s * dz;
+      }
+      scatter(f.x, fx, a, b, count);
+      scatter(f.y, fy, a, b, count);
+      scatter(f.z, fz, a, b, count);
+    }
+  }
+}
+
+RunData chunk_data(const SpringFamily& family, double stiffness, double damping, std::int64_t chunk) {
+  const auto begin = family.chunk_begin[chunk], end = family.chunk_begin[chunk + 1];
+  return {{family.runs.data() + begin, static_cast<std::size_t>(end - begin)},
+          family.rest_lengths.data(),
+          family.cells.data(),
+          stiffness,
+          damping};
+}
+
+double family_energy(const SpringFamily& family, double stiffness, Arrays p) {
+  double energy = 0.0;
+  for (const SpringRun& run : family.runs) {
+    for (std::int32_t t = 0; t < run.count; ++t) {
+      const std::int32_t a = run.a + t, b = run.b + t;
+      const double l = Vec3(p.x[b] - p.x[a], p.y[b] - p.y[a], p.z[b] - p.z[a]).norm();
+      const double stretch = l - family.rest_lengths[run.first + t];
+      energy += 0.5 * stiffness * family.cells[run.first + t] * stretch * stretch;
+    }
+  }
+  return energy;
+}
+
+}  // namespace
+
+void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& material,
+                       const Coordinates& positions, const Coordinates& velocities, Coordinates& forces) {
+  const auto add = [&](const SpringFamily& family, double stiffness, std::int64_t chunk) {
+    if (family.empty()) return;
+    const RunData data = chunk_data(family, stiffness, material.damping, chunk);
+    if (material.damping > 0.0) {
+      damped_forces(data, arrays(positions), arrays(velocities), arrays(forces));
+    } else {
+      elastic_forces(data, arrays(positions), arrays(forces));
+    }
+  };
+  for (int color = 0; color < 2; ++color) {
+    parallel_for((stencil.chunks - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) {
+        add(stencil.edges, material.edge, 2 * i + color);
+        add(stencil.diagonals, material.diagonal, 2 * i + color);
+      }
+    });
+  }
+}
+
+double spring_energy(const SpringStencil& stencil, const SpringMaterial& material,
+                     const Coordinates& positions) {
+  return family_energy(stencil.edges, material.edge, arrays(positions)) +
+         family_energy(stencil.diagonals, material.diagonal, arrays(positions));
+}
+
+}  // namespace isochor
