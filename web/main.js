@@ -1,4 +1,7 @@
 import {make_app, load_tables} from './work/app.js';
+import {accept_drops} from './work/dropping.js';
+import {watch_server} from './work/connection.js';
+import {listen_to_keys} from './work/shortcuts.js';
 import {header} from './panels/header.js';
 import {stages_panel} from './panels/stages.js';
 import {inspector} from './panels/inspector.js';
@@ -6,20 +9,25 @@ import {camera_bar, view_bar} from './panels/view_bar.js';
 import {transport} from './panels/transport.js';
 import {status_line} from './panels/status.js';
 import {problem_cards} from './panels/problem_cards.js';
+import {progress_card} from './panels/progress_card.js';
 import {h} from './ui/dom.js';
 
 const preferred = matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark';
 document.documentElement.dataset.theme = localStorage.getItem('isochor-theme') ?? preferred;
 
 const app = make_app();
-const problems = problem_cards(app);
+const cards = problem_cards(app);
 
 function lay_out() {
-  const view = h('main', {class: 'viewport', 'aria-label': 'View'}, app.viewport.canvas, view_bar(app), camera_bar(app), problems);
+  const view = h('main', {class: 'viewport', 'aria-label': 'View'},
+    app.viewport.canvas, view_bar(app), camera_bar(app), progress_card(app), cards);
   document.body.append(header(app), stages_panel(app), view, inspector(app), transport(app), status_line(app));
 }
 
 await app.run(() => load_tables(app));
 lay_out();
+listen_to_keys(app);
+accept_drops(app);
+watch_server(app);
 app.looking.update();
-await app.open_sample('tree');
+if (!await app.restore(location.hash)) await app.open_sample('tree');

@@ -19,7 +19,7 @@ export function header(app) {
   };
   store.addEventListener('change', show_history);
   show_history();
-  return h('header', {class: 'header'},
+  return h('header', {class: 'header', 'aria-label': 'Isochor'},
     h('div', {class: 'brand'}, logo(), h('h1', {}, 'Isochor'), name),
     button('Open', () => picker.click(), {name: 'open'}), picker,
     menu_button('Samples', () => sample_items(app)),
@@ -48,5 +48,5 @@ const sample_items = app => [
   ...app.samples.scenes.map(scene => ({title: scene.title ?? words(scene.name), run: () => app.open_scene(scene)})),
 ];
 
-const preset_items = app => app.presets.map(({title, description, values}) =>
-  ({title, note: description, run: () => app.apply_params(values, `preset ${title}`)}));
+const preset_items = app => app.presets.map(({title, meaning, values}) =>
+  ({title, note: meaning, run: () => app.apply_params(values, `preset ${title}`)}));

@@ -2,12 +2,14 @@ import {h} from '../ui/dom.js';
 import {bytes, count, number, percent} from '../ui/format.js';
 import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
+import {picked_panel} from './picked_panel.js';
 import {live_plots} from './live_plots.js';
 
 export function inspector(app) {
   return h('aside', {class: 'inspector', 'aria-label': 'Inspector'},
     panel('Model', model_facts(app)),
     panel('Quality', color_panel(app)),
+    panel('Picked', picked_panel(app)),
     panel('Simulation', live_plots(app)),
     panel('Plan', plan_panel(app)));
 }

@@ -1,4 +1,5 @@
 import {h} from '../ui/dom.js';
+import {collider_fields} from './collider_fields.js';
 import {choice_field, number_field} from '../ui/fields.js';
 import {scene_templates} from '../state/scene_templates.js';
 
@@ -18,13 +19,19 @@ export function scene_stage(app, stage_section) {
   const template = choice_field(store, {path: 'template', title: 'Scene', choices: Object.entries(scene_templates).map(([value, {title}]) => ({value, title})),
     meaning: 'What happens to the body when it is played.'});
   const fields = h('div', {class: 'body-fields'});
-  const build = () => store.get('scene') && fields.replaceChildren(...scene_fields(app));
+  let scope = null;
+  const build = () => {
+    if (!store.get('scene')) return;
+    scope?.dispose();
+    scope = store.scope();
+    fields.replaceChildren(...scene_fields(scope));
+  };
   app.events.addEventListener('scene', build);
   build();
-  return stage_section(5, 'Material and scene', badge, template, fields);
+  return stage_section(5, 'Material and scene', badge, template, fields, collider_fields(app));
 }
 
-function scene_fields({store}) {
+function scene_fields(store) {
   const scene = store.get('scene');
   const index = scene.bodies.findIndex(body => body.type === 'deformable');
   const body = name => `scene.bodies.${index}.${name}`;

@@ -7,14 +7,15 @@ const speeds = [0.1, 0.25, 0.5, 1, 2, 4];
 
 /// Play, pause, step, restart, record, speed and the scrub bar.
 export function transport(app) {
-  const {simulation, playback} = app;
+  const {simulation, playback, store} = app;
   const play = button('', () => app.toggle_play(), {name: 'play', label: 'Play (Space)', class: 'primary play'});
   const back = button('', () => app.step(-1), {name: 'back', label: 'Step back (,)'});
   const forward = button('', () => app.step(1), {name: 'forward', label: 'Step (.)'});
   const restart = button('', () => app.restart(), {name: 'restart', label: 'Restart (Home)'});
   const record = button('', () => app.toggle_recording(), {name: 'record', label: 'Record (R)'});
   const speed = h('select', {'aria-label': 'Speed', title: 'Speed'}, speeds.map(value => h('option', {value: String(value), selected: value === 1}, `${value}×`)));
-  speed.addEventListener('change', () => app.run(() => playback.set_speed(Number(speed.value))));
+  speed.addEventListener('change', () => store.set({speed: Number(speed.value)}, 'Speed'));
+  store.on('speed', () => speed.value = String(store.get('speed')));
   const scrub = h('input', {type: 'range', class: 'scrub', min: '0', max: '0', value: '0', step: '1', 'aria-label': 'Frame'});
   scrub.addEventListener('input', once_a_frame(() => app.run(() => playback.scrub(Number(scrub.value)))));
   const time = h('span', {class: 'time'});
@@ -33,7 +34,7 @@ export function transport(app) {
     play.replaceChildren(icon(playing ? 'pause' : 'play'));
     play.setAttribute('aria-label', playing ? 'Pause (Space)' : 'Play (Space)');
     play.title = play.getAttribute('aria-label');
-    record.disabled = !simulation.id;
+    record.disabled = simulation.state === 'recording';
     record.setAttribute('aria-pressed', String(simulation.recording));
     record.classList.toggle('recording', simulation.recording);
   };

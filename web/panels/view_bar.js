@@ -67,13 +67,11 @@ function bar_slider(store, path, label) {
   return slider;
 }
 
-const axis_views = {Front: [0, 0, 1], Right: [1, 0, 0], Top: [0, 1, 1e-3]};
-
 export function camera_bar(app) {
   const {store, viewport} = app;
   return h('div', {class: 'view-bar bottom'}, h('div', {class: 'card', role: 'group', 'aria-label': 'Camera'},
     button('', () => viewport.fit(), {name: 'fit', label: 'Fit (F)'}),
-    h('div', {class: 'group'}, Object.entries(axis_views).map(([title, direction]) => button(title, () => viewport.fit(direction)))),
+    h('div', {class: 'group'}, ['Front', 'Right', 'Top'].map(title => button(title, () => app.look_along(title.toLowerCase())))),
     toggle_button(store, 'view.orthographic', 'Ortho', {label: 'Orthographic (O)'}),
     button('', app.save_screenshot, {name: 'camera', label: 'Save a picture of the view'})));
 }

@@ -73,13 +73,21 @@ export class Store extends EventTarget {
     this.dispatchEvent(new CustomEvent('change', {detail: {paths, live}}));
   }
 
+  /// The same store for controls that come and go: their listeners end with dispose().
+  scope() {
+    const end = new AbortController();
+    const scoped = {on: (paths, f) => this.on(paths, f, end.signal), dispose: () => end.abort()};
+    for (const name of ['get', 'set', 'preview', 'commit']) scoped[name] = this[name].bind(this);
+    return scoped;
+  }
+
   /// f(live) whenever something at, above or below one of the paths changes.
-  on(paths, f) {
+  on(paths, f, signal) {
     const watched = [paths].flat();
     const touches = (a, b) => a === b || a.startsWith(`${b}.`) || b.startsWith(`${a}.`);
     this.addEventListener('change', ({detail}) => {
       if (detail.paths.some(path => watched.some(w => touches(path, w)))) f(detail.live);
-    });
+    }, {signal});
   }
 }
 

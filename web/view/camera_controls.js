@@ -22,6 +22,7 @@ export class CameraControls {
     if (!this.enabled || event.defaultPrevented) return;
     this.element.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+    this.moving = false;
     this.panning = event.button !== 0 || event.shiftKey;
   }
 
@@ -29,6 +30,7 @@ export class CameraControls {
     const last = this.pointers.get(event.pointerId);
     if (!last) return;
     const before = this.pinch();
+    this.moving = true;
     const dx = event.clientX - last.x, dy = event.clientY - last.y;
     Object.assign(last, {x: event.clientX, y: event.clientY});
     if (this.pointers.size === 2) {
@@ -44,7 +46,7 @@ export class CameraControls {
 
   up(event) {
     if (!this.pointers.delete(event.pointerId)) return;
-    if (this.pointers.size === 0) this.on_move(this.camera, true);
+    if (this.pointers.size === 0 && this.moving) this.on_move(this.camera, true);
   }
 
   pinch() {

@@ -1,4 +1,4 @@
-import {faces_per_cell} from './cell_topology.js';
+import {faces_per_cell, tet_of_face} from './cell_topology.js';
 
 /// Writes the faces of the visible cells that nothing visible covers into a TriangleList; with `explode` > 0 every
 /// face of a visible cell, the cell moved away from the centre of all and drawn a little smaller.
@@ -35,8 +35,7 @@ function write_face(list, k, {positions, outer}, face, values) {
     out[to + 2] = positions[from + 2];
   }
   if (!values) return;
-  const tet = 5 * Math.floor(face / 12) + 1 + Math.floor((face % 12) / 3);
-  list.values.fill(values[tet], 3 * k, 3 * k + 3);
+  list.values.fill(values[tet_of_face(face)], 3 * k, 3 * k + 3);
 }
 
 function explode_faces(list, shown, count, explode, {cells, middle}) {

@@ -6,7 +6,7 @@ export function draw_cut(list, {positions, tets}, plane, {visible = null, values
   for (let tet = 0; tet < tets.length / 4; ++tet) {
     if (visible && !visible[Math.floor(tet / 5)]) continue;
     const polygon = tet_polygon(positions, tets, tet, side);
-    if (polygon) quads.push({polygon, value: values ? values[tet] : 0});
+    if (polygon) quads.push({polygon, tet, value: values ? values[tet] : 0});
   }
   list.reserve(2 * quads.length);
   quads.forEach(({polygon: [a, b, c, d], value}, k) => {
@@ -14,6 +14,7 @@ export function draw_cut(list, {positions, tets}, plane, {visible = null, values
     list.values.fill(value, 6 * k, 6 * k + 6);
   });
   list.upload(2 * quads.length);
+  list.tets = Int32Array.from(quads, ({tet}) => tet);
 }
 
 function vertex_sides(positions, [nx, ny, nz, w]) {

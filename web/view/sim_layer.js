@@ -1,8 +1,10 @@
 import * as THREE from '../three.js';
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
+import {tet_of_face} from './cell_topology.js';
 import {draw_cells, move_cells} from './cell_faces.js';
 import {SurfaceLayer} from './surface_layer.js';
 import {collider_mesh} from './collider_mesh.js';
+import {raycast} from './raycast.js';
 import {apply_embedding, cell_volumes, inverted_tets} from './deformation.js';
 
 /// The bodies of a simulation at the frame shown: skins moved by the embedding, cells, rigid shapes, inverted tets.
@@ -118,9 +120,18 @@ class DeformableView {
     this.inverted.upload(4 * bad.length);
   }
 
-  /// What is drawn, for picking: triangles and the vertex of the body nearest to each corner.
-  get drawn() {
-    return this.shows_cells ? this.list : this.skin.list;
+  /// The hit with what is drawn, and the particle nearest to it.
+  raycast(ray) {
+    const hit = raycast(this.shows_cells ? this.list : this.skin.list, ray);
+    return hit && {...hit, vertex: this.nearest_vertex(hit)};
+  }
+
+  nearest_vertex({triangle, point}) {
+    const {tets, embedded} = this.body;
+    const face = this.shows_cells ? this.list.faces[triangle] : -1;
+    const tet = face >= 0 ? tet_of_face(face) : embedded.tet[embedded.triangles[3 * triangle]];
+    const distance = v => [0, 1, 2].reduce((sum, axis) => sum + (this.positions[3 * v + axis] - point[axis]) ** 2, 0);
+    return [...tets.subarray(4 * tet, 4 * tet + 4)].sort((a, b) => distance(a) - distance(b))[0];
   }
 
   dispose() {
@@ -136,6 +147,13 @@ class RigidView {
     Object.assign(this, {layer, body});
     this.object = collider_mesh(body);
     layer.group.add(this.object);
+  }
+
+  raycast(ray) {
+    if (!this.pose) return null;
+    this.object.updateMatrixWorld();
+    const [hit] = new THREE.Raycaster(ray.origin, ray.direction).intersectObject(this.object);
+    return hit ? {distance: hit.distance, point: hit.point.toArray()} : null;
   }
 
   set_frame({pose}) {

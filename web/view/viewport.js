@@ -72,13 +72,14 @@ export class Viewport extends EventTarget {
     return new THREE.Vector3(...point).applyMatrix4(this.model.matrix).toArray();
   }
 
-  /// A ring that faces the eye, around what was flown to.
+  /// A ring that faces the eye, around what was flown to; null takes it away.
   mark(point, radius) {
     this.marker ??= make_marker(this.scene);
+    this.marker.visible = point !== null;
+    this.invalidate();
+    if (!point) return;
     this.marker.position.set(...point);
     this.marker.scale.setScalar(radius);
-    this.marker.visible = true;
-    this.invalidate();
   }
 
   aspect() {

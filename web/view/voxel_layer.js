@@ -36,6 +36,7 @@ export class VoxelLayer {
     if (!this.voxels) return;
     const local = plane ? plane_in(plane, this.viewport.model.matrix) : null;
     const faces = this.visible_faces(local);
+    this.shown_voxels = Int32Array.from(faces, ([voxel]) => voxel);
     this.list.reserve(2 * faces.length);
     faces.forEach(([voxel, direction], k) => this.write_face(k, voxel, direction, values));
     this.list.upload(2 * faces.length);

@@ -1,20 +1,23 @@
-import {Client} from '../wire/client.js';
+import {Client, Problem} from '../wire/client.js';
+import {load} from '../wire/data.js';
 import {default_state} from '../state/defaults.js';
 import {Store, copy} from '../state/store.js';
 import {default_params, read_schema} from '../state/schema.js';
+import {Viewport} from '../view/viewport.js';
 import {Meshing} from './meshing.js';
 import {Playback} from './playback.js';
 import {Simulation} from './simulation.js';
 import {Looking} from './looking.js';
-import {Viewport} from '../view/viewport.js';
 import {opening} from './opening.js';
 import {playing} from './playing.js';
-import {Problem} from '../wire/client.js';
+import {exporting} from './exporting.js';
+import {picking} from './picking.js';
+import {dragging} from './dragging.js';
+import {scene_editing} from './scene_editing.js';
 import {report_problems} from './problems.js';
-import {download} from '../ui/dom.js';
 
 /// Everything that the panels share, and what a person can do. Events on `events`: say, problem, solved, scene,
-/// theme, server.
+/// picked, ray, theme, server, collider.
 export function make_app() {
   const client = new Client();
   const store = new Store(copy(default_state));
@@ -22,10 +25,11 @@ export function make_app() {
     simulation: new Simulation(client), viewport: new Viewport(store), parameters: [], presets: [], samples: {meshes: [], scenes: []}};
   app.playback = new Playback(app.simulation);
   app.looking = new Looking(app);
+  app.load = path => load(client, path);
   app.tell = (name, detail) => app.events.dispatchEvent(new CustomEvent(name, {detail}));
   app.say = text => app.tell('say', text);
   app.run = action => run(app, action);
-  Object.assign(app, opening(app), playing(app), history(app), page(app));
+  for (const room of [playing, opening, exporting, picking, dragging, scene_editing, history, page]) Object.assign(app, room(app));
   report_problems(app);
   return app;
 }
@@ -65,16 +69,26 @@ const history = ({store, say}) => ({
   },
 });
 
+const directions = {front: [0, 0, 1], right: [1, 0, 0], top: [0, 1, 1e-3]};
+
 const page = app => ({
+  look_along: name => app.viewport.fit(directions[name]),
+  single_keys: () => localStorage.getItem('isochor-single-keys') !== 'off',
+  cancel() {
+    if (!app.meshing.busy) return;
+    app.meshing.cancel();
+    app.say('Cancelled; the last model stays');
+  },
+  escape() {
+    if (app.let_go()) return;
+    if (app.picked) app.clear_pick();
+    else app.cancel();
+  },
   toggle_theme() {
     const root = document.documentElement;
     root.dataset.theme = root.dataset.theme === 'light' ? 'dark' : 'light';
     localStorage.setItem('isochor-theme', root.dataset.theme);
     app.tell('theme');
     app.looking.update();
-  },
-  async save_screenshot() {
-    download(await app.viewport.screenshot(), `${app.meshing.mesh?.name ?? 'isochor'}.png`);
-    app.say('Picture saved');
   },
 });

@@ -1,6 +1,7 @@
 import * as THREE from '../three.js';
 import {clip_plane} from '../view/clip_plane.js';
 import {grid_mesh} from '../view/collider_mesh.js';
+import {Highlight} from '../view/highlight.js';
 import {SimLayer} from '../view/sim_layer.js';
 import {SurfaceLayer} from '../view/surface_layer.js';
 import {TetLayer} from '../view/tet_layer.js';
@@ -18,13 +19,14 @@ export class Looking extends EventTarget {
     this.voxels = new VoxelLayer(viewport);
     this.tets = new TetLayer(viewport);
     this.sim = new SimLayer(viewport);
+    this.highlight = new Highlight(viewport);
     this.grid = grid_mesh();
     this.grid.rotation.x = -Math.PI / 2;
     viewport.scene.add(this.grid);
     const soon = once_a_frame(() => this.update());
     meshing.addEventListener('mesh', () => this.place());
     meshing.addEventListener('geometry', () => this.show_geometry());
-    meshing.addEventListener('model', () => (this.tets.set_cells(meshing.cells), this.update()));
+    meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update()));
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
     simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.update()));
     simulation.addEventListener('frame', () => this.show_frame());
@@ -45,6 +47,17 @@ export class Looking extends EventTarget {
     box.applyMatrix4(viewport.model.matrix);
     viewport.set_bounds(box.min.toArray(), box.max.toArray());
     this.update();
+  }
+
+  mark_picked(hit) {
+    const {highlight, meshing} = this;
+    highlight.clear();
+    if (hit?.kind === 'cell') highlight.show_cell(meshing.cells, hit.cell);
+    if (hit?.kind === 'voxel') highlight.show_box(hit.point_in_model, meshing.voxels.grid.spacing);
+  }
+
+  show_ray({positions}) {
+    this.highlight.show_ray(positions);
   }
 
   show_geometry() {

@@ -1,14 +1,12 @@
 import {default_state, sample_presets} from '../state/defaults.js';
-import {make_scene} from '../state/scene_templates.js';
 import {param_changes} from '../state/constraints.js';
 
 /// Opening meshes, samples, scenes and recordings.
 export const opening = app => {
   const {store, meshing, simulation} = app;
 
-  const fit_scene = () => {
-    const {bounds} = meshing.mesh.report;
-    store.adopt({scene: make_scene(store.get('template'), bounds, store.get('mesh'))});
+  const adopt_scene = () => {
+    store.adopt({scene: app.fit_scene()});
     app.tell('scene');
   };
 
@@ -20,11 +18,17 @@ export const opening = app => {
   });
 
   meshing.addEventListener('mesh', () => {
-    const scene = store.get('scene');
-    if (!scene || app.refit) fit_scene();
+    if (!store.get('scene') || app.refit) adopt_scene();
+    else app.fit_scene();
     app.refit = false;
   });
-  store.on(['template', 'mesh.up', 'mesh.fit', 'mesh.unit'], () => meshing.mesh && !app.restoring && fit_scene());
+  const refit_by_person = () => {
+    if (!meshing.mesh || app.restoring) return;
+    const scene = app.fit_scene();
+    if (JSON.stringify(scene) === JSON.stringify(store.get('scene'))) return;
+    adopt_scene();
+  };
+  store.on(['template', 'mesh.up', 'mesh.fit', 'mesh.unit'], refit_by_person);
 
   return {
     open,
@@ -34,6 +38,7 @@ export const opening = app => {
     },
     open_file(file) {
       if (/\.ndjson$/i.test(file.name)) return app.replay(file);
+      if (/\.json$/i.test(file.name)) return app.run(() => open_settings(app, file));
       return replace_mesh(app, {sample: null, id: null, name: file.name}, app.defaults, {file});
     },
     apply_params(values, label) {
@@ -59,4 +64,13 @@ async function replace_mesh(app, mesh, params, source) {
   await app.open(source);
   const id = app.meshing.mesh?.id;
   if (id) store.adopt({'mesh.id': id});
+}
+
+/// A params file of the command line, or a scene.
+async function open_settings(app, file) {
+  const values = JSON.parse(await file.text());
+  if (Array.isArray(values.bodies)) return app.open_scene_document(values);
+  const known = Object.fromEntries(Object.entries(values).filter(([name]) => name in app.defaults));
+  app.apply_params(known, `settings of ${file.name}`);
+  app.say(`Settings of ${file.name} taken`);
 }

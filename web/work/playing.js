@@ -1,60 +1,93 @@
-import {wire_scene} from '../state/scene_templates.js';
-import {download} from '../ui/dom.js';
+import {make_scene, wire_scene} from '../state/scene_templates.js';
+import {difference} from '../state/scene_changes.js';
 import {same} from '../state/store.js';
+import {download} from '../ui/dom.js';
 
-// Changes of the scene that a running simulation takes at once; all others compile it anew.
-const live_fields = ['gravity', 'solver'];
-const live_material = ['edge_stiffness', 'diagonal_stiffness', 'damping'];
+const only_sim = {surface: false, voxels: false, tets: false, sim: true};
 
-/// Making the simulation from the scene and the model, and driving it.
+/// Making the simulation from the scene and the model, driving it, and taking changes of the scene while it runs.
 export const playing = app => {
   const {store, simulation, playback, meshing} = app;
 
-  /// The simulation stands for the present model and scene, or is made anew.
-  const ensure = async () => {
-    const wanted = {scene: frozen(store.get('scene')), model: meshing.model?.id};
-    if (simulation.state === 'recording' || simulation.state === 'reading') return;
-    if (simulation.id && same(wanted, app.compiled)) return;
-    if (!meshing.model || meshing.preview) await model_ready(meshing);
-    app.compiled = {scene: frozen(store.get('scene')), model: meshing.model.id};
-    app.sent = structuredClone(store.get('scene'));
-    await simulation.create(wire_scene(store.get('scene'), meshing.model.id));
+  const compile = async () => {
+    if (!meshing.model || meshing.preview || meshing.busy) await model_ready(meshing);
+    const scene = structuredClone(store.get('scene'));
+    app.compiled = {scene, model: meshing.model.id};
+    app.running = structuredClone(scene);
+    await simulation.create(wire_scene(scene, meshing.model.id));
+    simulation.speed = store.get('speed');
+    if (simulation.speed !== 1) await simulation.patch({speed: simulation.speed});
   };
 
-  const show_simulation = () => {
-    if (store.get('view.layers.sim')) return;
-    store.set({'view.layers': {surface: false, voxels: false, tets: false, sim: true}}, 'show the simulation');
+  const stale = () => !simulation.id || app.compiled?.model !== meshing.model?.id || difference(app.running, store.get('scene')).structural;
+  const is_recording = () => simulation.state === 'recording' || simulation.state === 'reading';
+
+  const ready_to_step = async () => {
+    if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
+    if (!is_recording() && stale()) await compile();
   };
 
-  const started = action => app.run(async () => {
-    show_simulation();
-    await ensure();
-    await action();
+  const recompile = async () => {
+    const was_playing = playback.playing;
+    await compile();
+    if (was_playing) await playback.play();
+  };
+
+  const take_changes = live => app.run(async () => {
+    if (!simulation.id || !app.running) return;
+    const scene = store.get('scene');
+    const {patch, moves, structural} = difference(app.running, scene);
+    if (structural) return live ? null : recompile();
+    app.running = structuredClone(scene);
+    if (Object.keys(patch).length) await simulation.patch(patch);
+    for (const {body, ...pose} of moves) await app.client.send('PUT', `/simulations/${simulation.id}/colliders/${body}`, pose);
   });
 
-  const patch_live = () => app.run(async () => {
-    if (!simulation.id || !app.sent) return;
-    const changes = live_changes(app.sent, store.get('scene'));
-    app.sent = structuredClone(store.get('scene'));
-    if (Object.keys(changes).length) await simulation.patch(changes);
+  store.on('scene', live => !app.restoring && take_changes(live));
+  store.on('speed', () => app.run(() => playback.set_speed(store.get('speed'))));
+  meshing.addEventListener('model', () => {
+    if (simulation.id && !meshing.preview && store.get('view.layers.sim')) app.run(recompile);
   });
-  store.on('scene', () => !app.restoring && patch_live());
 
   return {
-    toggle_play: () => playback.playing ? app.run(() => playback.pause()) : started(() => playback.play()),
-    step: frames => started(() => playback.step(frames)),
-    restart: () => started(() => playback.restart(playback.playing)),
+    ready_to_step,
+    toggle_play: () => app.run(async () => {
+      if (playback.playing) return playback.pause();
+      await ready_to_step();
+      await playback.play();
+    }),
+    step: frames => app.run(async () => {
+      await ready_to_step();
+      await playback.step(frames);
+    }),
+    /// From the start as the scene now says.
+    restart: () => app.run(async () => {
+      if (!is_recording() && simulation.id && !same(app.compiled.scene, store.get('scene'))) return recompile();
+      await ready_to_step();
+      await playback.restart(playback.playing);
+    }),
+    go_to_frame: seq => app.run(async () => {
+      await ready_to_step();
+      for (let at = simulation.shown?.seq ?? 0; at < seq; at += 60)
+        await app.client.send('POST', `/simulations/${simulation.id}/steps`, {count: Math.min(60, seq - at)});
+    }),
     replay: file => app.run(async () => {
-      store.set({'view.layers': {surface: false, voxels: false, tets: false, sim: true}}, 'show the recording');
+      store.set({'view.layers': only_sim}, 'show the recording');
       app.compiled = null;
       await simulation.replay(file);
     }),
     toggle_recording: () => app.run(async () => {
-      if (!simulation.recording) return simulation.start_recording();
-      const file = await simulation.stop_recording();
-      download(file, `${store.get('scene').name}.ndjson`);
+      if (!simulation.recording) {
+        await ready_to_step();
+        return simulation.start_recording();
+      }
+      download(await simulation.stop_recording(), `${store.get('scene').name}.ndjson`);
       app.say('Recording saved; drop it on the page to play it back');
     }),
+    fit_scene() {
+      app.template_scene = make_scene(store.get('template'), meshing.mesh.report.bounds, store.get('mesh'));
+      return structuredClone(app.template_scene);
+    },
   };
 };
 
@@ -69,24 +102,6 @@ function model_ready(meshing) {
     };
     meshing.addEventListener('model', check);
     meshing.addEventListener('problem', fail);
-    if (meshing.preview) meshing.request(false);
+    if (!meshing.busy) meshing.request(false);
   });
-}
-
-/// The scene without what can change while it runs.
-function frozen(scene) {
-  const rest = {...scene, bodies: scene.bodies.map(body => ({...body}))};
-  for (const name of live_fields) delete rest[name];
-  for (const body of rest.bodies) for (const name of live_material) delete body[name];
-  return rest;
-}
-
-function live_changes(before, now) {
-  const changes = {};
-  for (const name of live_fields) if (!same(before[name], now[name])) changes[name] = now[name];
-  const materials = now.bodies.map((body, index) => ({body, index})).filter(({body, index}) =>
-    live_material.some(name => body[name] !== before.bodies[index]?.[name]));
-  if (materials.length) changes.materials = materials.map(({body, index}) =>
-    ({body: index, ...Object.fromEntries(live_material.map(name => [name, body[name]]))}));
-  return changes;
 }

@@ -6,6 +6,7 @@ export function report_problems(app) {
   app.report = problem => app.tell('problem', {problem, actions: ways_on(app, problem)});
   meshing.addEventListener('problem', () => app.report(meshing.problem));
   meshing.addEventListener('model', () => app.tell('solved'));
+  simulation.addEventListener('bodies', () => app.tell('solved'));
   simulation.addEventListener('problem', ({detail}) => app.report(detail));
 }
 

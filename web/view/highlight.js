@@ -1,0 +1,49 @@
+import * as THREE from '../three.js';
+
+const line_material = color => new THREE.LineBasicMaterial({color, depthTest: false, transparent: true});
+
+/// Outlines of what was picked and the ray through it, drawn over everything, in the mesh's own coordinates.
+export class Highlight {
+  constructor(viewport) {
+    this.viewport = viewport;
+    this.outline = this.add(new THREE.LineSegments(new THREE.BufferGeometry(), line_material('#ffffff')));
+    this.ray = this.add(new THREE.Line(new THREE.BufferGeometry(), line_material('#ffb454')));
+  }
+
+  add(object) {
+    object.renderOrder = 4;
+    object.frustumCulled = false;
+    object.visible = false;
+    this.viewport.model.add(object);
+    return object;
+  }
+
+  /// The twelve triangles of a cell.
+  show_cell({positions, outer}, cell) {
+    const points = [];
+    for (let face = 12 * cell; face < 12 * cell + 12; ++face)
+      for (let corner = 0; corner < 3; ++corner)
+        for (const vertex of [outer[3 * face + corner], outer[3 * face + (corner + 1) % 3]]) points.push(...positions.subarray(3 * vertex, 3 * vertex + 3));
+    this.set(this.outline, points);
+  }
+
+  show_box(center, size) {
+    const box = new THREE.EdgesGeometry(new THREE.BoxGeometry(size, size, size)).translate(...center);
+    this.set(this.outline, [...box.attributes.position.array]);
+  }
+
+  show_ray(positions) {
+    this.set(this.ray, positions.length ? [...positions.subarray(0, 3), ...positions.subarray(positions.length - 3)] : []);
+  }
+
+  clear() {
+    this.set(this.outline, []);
+    this.set(this.ray, []);
+  }
+
+  set(object, points) {
+    object.visible = points.length > 0;
+    object.geometry.setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
+    this.viewport.invalidate();
+  }
+}

@@ -1,0 +1,39 @@
+const period = 1500;
+
+/// Notices that the server is gone, and rejoins when it is back: new token, the mesh opened again, settings kept.
+export function watch_server(app) {
+  const {client, meshing, simulation} = app;
+  let lost = false;
+
+  const notice = () => {
+    if (lost) return;
+    lost = true;
+    app.tell('server', 'server lost');
+    app.report({code: 'server_lost', title: 'The server does not answer', detail: 'The server does not answer; your settings are kept.',
+      hint: 'Start it again with server/run. The page rejoins by itself.'});
+    wait();
+  };
+  const wait = async () => {
+    const back = await fetch(client.url('/health'), {cache: 'no-store'}).then(response => response.ok, () => false);
+    if (!back) return void setTimeout(wait, period);
+    lost = false;
+    app.run(rejoin);
+  };
+  const rejoin = async () => {
+    await client.refresh_token();
+    app.tell('solved', 'server_lost');
+    app.tell('server', '');
+    app.say('The server is back');
+    const {sample, id} = app.store.get('mesh');
+    const known = id && await client.get(`/meshes/${id}`).then(() => true, () => false);
+    simulation.id = null;
+    app.compiled = null;
+    simulation.set_state('none');
+    if (known) meshing.request(false);
+    else await app.open(sample ? {sample} : {file: meshing.file});
+  };
+
+  client.addEventListener('lost', notice);
+  simulation.addEventListener('lost', () => fetch(client.url('/health')).catch(notice));
+  setInterval(() => !lost && !document.hidden && fetch(client.url('/health'), {cache: 'no-store'}).catch(notice), 5000);
+}

@@ -1,0 +1,22 @@
+import {download} from '../ui/dom.js';
+import {export_dialog} from '../panels/export_dialog.js';
+import {help_dialog} from '../panels/help_dialog.js';
+import {sharing} from './sharing.js';
+
+/// Files that leave the page.
+export const exporting = app => ({
+  ...sharing(app),
+  stem: () => (app.meshing.mesh?.name ?? 'isochor').replace(/\.[^.]*$/, ''),
+  show_export: () => app.run(() => export_dialog(app)),
+  show_help: () => help_dialog(app),
+  save_export: name => app.run(async () => {
+    const response = await app.client.request('GET', `/models/${app.meshing.model.id}/exports/${name}`);
+    const [, file] = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition') ?? '') ?? [];
+    download(await response.blob(), file ?? `${app.stem()}.${name}`);
+    app.say(`Saved ${file ?? name}`);
+  }),
+  async save_screenshot() {
+    download(await app.viewport.screenshot(), `${app.stem()}.png`);
+    app.say('Picture saved');
+  },
+});
