@@ -20,8 +20,8 @@ const cards = problem_cards(app);
 
 function lay_out() {
   const view = h('main', {class: 'viewport', 'aria-label': 'View'},
-    app.viewport.canvas, view_bar(app), camera_bar(app), progress_card(app), cards);
-  document.body.append(header(app), stages_panel(app), view, inspector(app), transport(app), status_line(app));
+    app.viewport.canvas, camera_bar(app), progress_card(app), cards);
+  document.body.append(header(app), view, view_bar(app), transport(app), stages_panel(app), inspector(app), status_line(app));
 }
 
 await app.run(() => load_tables(app));

@@ -9,7 +9,7 @@ export function view_bar(app) {
   const {store} = app;
   const layers = h('div', {class: 'card', role: 'group', 'aria-label': 'Layers'}, h('div', {class: 'group'},
     Object.entries(layer_titles).map(([name, title]) => toggle_button(store, `view.layers.${name}`, title))));
-  return h('div', {class: 'view-bar'}, layers, clip_card(store), look_card(store));
+  return h('section', {class: 'view-bar', 'aria-label': 'What is shown'}, layers, clip_card(store), look_card(store));
 }
 
 function clip_card(store) {
@@ -69,7 +69,7 @@ function bar_slider(store, path, label) {
 
 export function camera_bar(app) {
   const {store, viewport} = app;
-  return h('div', {class: 'view-bar bottom'}, h('div', {class: 'card', role: 'group', 'aria-label': 'Camera'},
+  return h('div', {class: 'camera-bar'}, h('div', {class: 'card', role: 'group', 'aria-label': 'Camera'},
     button('', () => viewport.fit(), {name: 'fit', label: 'Fit (F)'}),
     h('div', {class: 'group'}, ['Front', 'Right', 'Top'].map(title => button(title, () => app.look_along(title.toLowerCase())))),
     toggle_button(store, 'view.orthographic', 'Ortho', {label: 'Orthographic (O)'}),

@@ -1,9 +1,7 @@
 // Perceptual colour maps, interpolated in Oklab between a few anchors whose lightness grows evenly.
 const anchors = {
-  /// dark violet → teal → yellow; readable with every kind of colour blindness
-  sequential: [[68, 20, 96], [62, 74, 140], [38, 122, 142], [45, 164, 128], [132, 204, 80], [250, 226, 60]],
-  /// bad → good, for quality: warm and dark to cool and light
-  quality: [[122, 16, 72], [200, 58, 62], [236, 132, 60], [240, 200, 110], [150, 205, 180], [72, 160, 190]],
+  /// violet → blue → teal → yellow; readable with every kind of colour blindness
+  sequential: [[70, 16, 98], [64, 68, 142], [42, 112, 146], [36, 150, 138], [88, 192, 108], [178, 218, 76], [252, 231, 84]],
   /// for errors: calm where small, glowing where large
   error: [[40, 52, 84], [48, 96, 140], [76, 150, 160], [190, 196, 120], [244, 158, 66], [226, 60, 48]],
 };

@@ -90,7 +90,7 @@ export function solid_material({color = '#8899aa', edges = 0.25, quads = false, 
     depthWrite: opacity === 1,
     premultipliedAlpha: true,
     uniforms: {
-      map: {value: map_texture('quality')}, range: {value: new THREE.Vector2(0, 1)},
+      map: {value: map_texture('sequential')}, range: {value: new THREE.Vector2(0, 1)},
       logarithmic: {value: false}, mapped: {value: false}, quads: {value: quads}, edges_only: {value: false},
       base: {value: new THREE.Color(color)}, edge_color: {value: new THREE.Color('#10151c')},
       opacity: {value: opacity}, edge_strength: {value: edges}, clip: {value: no_clip},
