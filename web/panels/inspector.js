@@ -3,6 +3,7 @@ import {bytes, count, number, percent} from '../ui/format.js';
 import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
 import {picked_panel} from './picked_panel.js';
+import {report_panel} from './report_panel.js';
 import {live_plots} from './live_plots.js';
 
 export function inspector(app) {
@@ -11,7 +12,8 @@ export function inspector(app) {
     panel('Quality', color_panel(app)),
     panel('Picked', picked_panel(app)),
     panel('Simulation', live_plots(app)),
-    panel('Plan', plan_panel(app)));
+    panel('Plan', plan_panel(app)),
+    panel('Error against run time', report_panel(app)));
 }
 
 export const panel = (title, ...content) =>

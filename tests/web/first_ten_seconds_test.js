@@ -1,0 +1,29 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {browser_tests, eventually, no_complaints, tets} from './support/browser.js';
+import {look} from './support/pixels.js';
+
+const {open} = browser_tests();
+
+test('the first visit shows the sample tree and its tets half open, and says nothing in the console', async () => {
+  const page = await open();
+  assert.ok(await tets(page) > 500);
+  assert.equal(await page.getByRole('button', {name: 'Clip', exact: true}).getAttribute('aria-pressed'), 'true');
+  const seen = await eventually(() => look(page), s => s.tets > 5000 && s.sand > 3000, 'tets and surface seen');
+  await page.getByRole('button', {name: 'Clip', exact: true}).click();
+  await eventually(() => look(page), s => s.tets > 1.2 * seen.tets, 'the clip had hidden tets');
+  assert.equal(await page.locator('dialog').count(), 0);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('the first press on play moves the tree', async () => {
+  const page = await open();
+  await page.getByRole('button', {name: 'Play (Space)'}).click();
+  await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
+  const first = await eventually(() => look(page), s => s.sand > 3000, 'the skin is seen');
+  await eventually(() => look(page), s => s.sum !== first.sum, 'the tree moves');
+  await eventually(() => page.locator('.transport .time').textContent(), text => Number.parseFloat(text) > 0.3, 'time goes on');
+  no_complaints(page);
+  await page.context().close();
+});

@@ -1,0 +1,63 @@
+import {after, before} from 'node:test';
+import assert from 'node:assert/strict';
+import {chromium} from 'playwright-core';
+import {start_server} from './server.js';
+
+const flags = ['--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+  '--disable-component-update', '--disable-sync', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+
+// SwiftShader behind a software compositor reads pixels back and says so; a person's browser does not.
+const of_this_driver = text => text.includes('GPU stall due to ReadPixels');
+
+/// A server and a browser for the tests of one file; open(options) gives a page on it.
+export function browser_tests() {
+  const tests = {};
+  before(async () => {
+    tests.server = await start_server();
+    tests.browser = await chromium.launch({executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: flags});
+  });
+  after(async () => {
+    await tests.browser?.close();
+    await tests.server?.stop();
+  });
+  tests.open = options => open_page(tests, options);
+  return tests;
+}
+
+/// The page on the sample tree, or on what the hash says, once its tets are there. page.complaints collects what the
+/// console said; a test ends with no_complaints(page).
+export async function open_page({browser, server}, {width = 1400, height = 860, hash = '', wait = true, ...context} = {}) {
+  const made = await browser.newContext({viewport: {width, height}, colorScheme: 'dark', ...context});
+  const page = await made.newPage();
+  page.complaints = [];
+  page.on('console', message => {
+    if (['error', 'warning'].includes(message.type()) && !of_this_driver(message.text())) page.complaints.push(message.text());
+  });
+  page.on('pageerror', error => page.complaints.push(error.stack));
+  await page.goto(server.url + hash);
+  if (wait) await tets_ready(page);
+  return page;
+}
+
+export const status = page => page.locator('footer [role=status]');
+export const tets_ready = page => status(page).filter({hasText: /^[\d,]+ tets in/}).waitFor({timeout: 60000});
+export const no_complaints = page => assert.deepEqual(page.complaints, []);
+
+/// The number in a row of the inspector's or the stages' facts.
+export async function fact(page, name) {
+  const text = await page.locator('dt', {hasText: new RegExp(`^${name}$`)}).first().locator('xpath=following-sibling::dd[1]').textContent();
+  return Number(text.replaceAll(',', '').replace('−', '-').replace(/[^\d.eE+-].*$/, ''));
+}
+
+export const tets = page => fact(page, 'Tets');
+
+/// Waits until read() gives something that passes; returns it.
+export async function eventually(read, passes, what, patience = 20000) {
+  const end = Date.now() + patience;
+  for (;;) {
+    const value = await read();
+    if (passes(value)) return value;
+    if (Date.now() > end) assert.fail(`${what}: still ${JSON.stringify(value)}`);
+    await new Promise(resolve => setTimeout(resolve, 50));
+  }
+}

@@ -1,0 +1,33 @@
+/// What a person sees in the view: counts of pixels by what they look like, and a checksum of them all. The tets have
+/// saturated colours of the map, the input's surface is sand, inverted tets and nothing else are crimson.
+export async function look(page) {
+  const box = await page.locator('canvas.view').boundingBox();
+  const margin = 110;  // the controls over the view
+  const clip = {x: box.x + 8, y: box.y + margin, width: box.width - 16, height: box.height - margin - 60};
+  const png = (await page.screenshot({clip})).toString('base64');
+  const reader = await page.context().browser().newContext();
+  try {
+    const blank = await reader.newPage();
+    return await blank.evaluate(count_colors, png);
+  } finally {
+    await reader.close();
+  }
+}
+
+async function count_colors(png) {
+  const bytes = Uint8Array.from(atob(png), c => c.charCodeAt(0));
+  const bitmap = await createImageBitmap(new Blob([bytes], {type: 'image/png'}));
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+  context.drawImage(bitmap, 0, 0);
+  const {data} = context.getImageData(0, 0, bitmap.width, bitmap.height);
+  const seen = {tets: 0, sand: 0, crimson: 0, all: data.length / 4, sum: 0};
+  for (let i = 0; i < data.length; i += 4) {
+    const [r, g, b] = data.subarray(i, i + 3);
+    seen.sum = (seen.sum * 31 + r * 7 + g * 3 + b) % 1000000007;
+    const spread = Math.max(r, g, b) - Math.min(r, g, b);
+    if (r > 170 && g < 60 && b < 110) ++seen.crimson;
+    else if (r > 70 && r >= g && g > b && r - b > 20 && r - b < 90 && r - g < 45) ++seen.sand;
+    else if (spread > 45 && g >= r - 20) ++seen.tets;
+  }
+  return seen;
+}

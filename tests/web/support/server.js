@@ -1,0 +1,24 @@
+import {spawn} from 'node:child_process';
+import {createInterface} from 'node:readline';
+import {once} from 'node:events';
+
+/// Starts `isochor serve` on a free port: {url, stop(), restart()}. ISOCHOR_BINARY names the program.
+export async function start_server(port = 0) {
+  if (process.env.ISOCHOR_URL) return {url: process.env.ISOCHOR_URL, stop() {}};
+  const binary = process.env.ISOCHOR_BINARY;
+  if (!binary) throw new Error('set ISOCHOR_BINARY to the built isochor program');
+  const child = spawn(binary, ['serve', '--port', String(port), '--json'], {stdio: ['ignore', 'pipe', 'inherit']});
+  const lines = createInterface({input: child.stdout});
+  const [first] = await Promise.race([once(lines, 'line'), once(child, 'exit').then(([code]) => {
+    throw new Error(`isochor serve ended with ${code}`);
+  })]);
+  const {url} = JSON.parse(first);
+  return {
+    url: url.replace(/\/?$/, '/'),
+    port: Number(new URL(url).port),
+    async stop() {
+      child.kill('SIGTERM');
+      await once(child, 'exit');
+    },
+  };
+}

@@ -1,0 +1,69 @@
+import {h, unique_id} from '../ui/dom.js';
+import {button} from '../ui/fields.js';
+import {milliseconds, number} from '../ui/format.js';
+import {error_plot, series_of} from '../report/error_plot.js';
+import {Measuring, fit_budget, settings_changes} from '../work/measuring.js';
+
+/// Error against run time: measure, look, click a point to take its settings, or let a frame budget choose.
+export function report_panel(app) {
+  const measuring = new Measuring(app);
+  const field = h('select', {'aria-label': 'Error shown'});
+  const plot = h('div');
+  const progress = progress_row(measuring);
+  const budget = budget_row(app, measuring, field);
+  const size = h('select', {'aria-label': 'Grid of settings'}, h('option', {value: 'quick'}, 'Quick grid'), h('option', {value: 'full'}, 'Full grid'));
+  const start = button('Measure', () => app.run(() => measuring.run(size.value, 0.5)), {label: 'Measure error against run time'});
+  const result = h('div', {class: 'report', hidden: true}, field, plot, budget);
+  const draw = () => {
+    const {report} = measuring;
+    result.hidden = !report;
+    if (!report) return;
+    const take = index => {
+      app.store.set(settings_changes(report.points[index].settings), 'settings of a measured point');
+      app.say(`Taken: ${report.points[index].series}`);
+      measuring.selected = index;
+      draw();
+    };
+    plot.replaceChildren(error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), legend(report), orders(report, field.value));
+  };
+  measuring.addEventListener('report', () => {
+    measuring.selected = null;
+    field.replaceChildren(...(measuring.report?.fields ?? []).map(({name, label}) => h('option', {value: name}, label)));
+    draw();
+  });
+  field.addEventListener('change', draw);
+  return [h('p', {class: 'quiet'}, 'Runs the scene over solvers, steps and tolerances against a far finer reference.'),
+    h('div', {class: 'row'}, size, start), progress, result];
+}
+
+export function progress_row(measuring) {
+  const bar = h('progress', {max: '1', 'aria-label': 'Progress of the measurement'});
+  const text = h('span', {class: 'quiet'});
+  const row = h('div', {class: 'row', hidden: true}, bar, text, button('Cancel', () => measuring.cancel()));
+  measuring.addEventListener('progress', () => {
+    const {job} = measuring;
+    row.hidden = !job;
+    if (!job) return;
+    bar.value = job.fraction ?? 0;
+    text.textContent = job.eta_s ? `${milliseconds(1000 * job.eta_s)} left` : job.phase;
+  });
+  return row;
+}
+
+const legend = report => h('ul', {class: 'legend'}, series_of(report).map((name, k) => h('li', {class: `series-${k % 6}`}, name)));
+
+const orders = (report, field) => h('ul', {class: 'quiet'}, report.orders.filter(({error, points}) => error === field && points > 2)
+  .map(({order, axis, series}) => h('li', {}, `order ${order.toFixed(2)} in ${axis}: ${series}`)));
+
+function budget_row(app, measuring, field) {
+  const id = unique_id('budget');
+  const limit = h('input', {type: 'number', id, min: '0.01', step: 'any', value: '8'});
+  const answer = h('p');
+  const fit = () => {
+    const point = fit_budget(measuring.report, field.value, Number(limit.value));
+    if (!point) return answer.replaceChildren(`No measured setting converges within ${limit.value} ms.`);
+    const take = () => app.store.set(settings_changes(point.settings), 'settings that fit the budget');
+    answer.replaceChildren(`${point.series}: ${number(point.ms_per_step.median)} ms, error ${number(point.errors[field.value])} `, button('Use', take, {label: 'Use these settings'}));
+  };
+  return h('div', {class: 'budget'}, h('label', {for: id}, 'Fit my budget'), limit, h('span', {class: 'quiet'}, 'ms a step'), button('Fit', fit), answer);
+}
