@@ -29,17 +29,19 @@ function look_card(store) {
   const explode = h('label', {class: 'inline'}, h('span', {}, 'Explode'), bar_slider(store, 'view.explode', 'Explode'));
   const color = labelled_select(store, 'view.color_by', 'Colour tets by', titles(tet_scales));
   const voxels = labelled_select(store, 'view.voxel_color', 'Colour voxels by', titles(voxel_scales));
+  const surface = labelled_select(store, 'view.surface_look', 'Show the surface as', {solid: 'solid surface', glass: 'glass surface'});
   const sim = labelled_select(store, 'view.sim_look', 'Show the simulation as', {skin: 'skin', cells: 'cells'});
   const show = () => {
     const layers = store.get('view.layers');
     explode.hidden = color.hidden = !layers.tets;
     if (layers.sim && store.get('view.sim_look') === 'cells') color.hidden = false;
     voxels.hidden = !layers.voxels;
+    surface.hidden = !layers.surface || !(layers.tets || layers.voxels);
     sim.hidden = !layers.sim;
   };
   store.on('view', show);
   show();
-  return h('div', {class: 'card', role: 'group', 'aria-label': 'Look'}, color, voxels, sim, explode,
+  return h('div', {class: 'card', role: 'group', 'aria-label': 'Look'}, color, voxels, surface, sim, explode,
     toggle_button(store, 'view.edges_only', 'Wireframe'));
 }
 

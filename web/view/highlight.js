@@ -1,4 +1,5 @@
 import * as THREE from '../three.js';
+import {face_corners, faces_per_cell} from './cell_topology.js';
 
 const line_material = color => new THREE.LineBasicMaterial({color, depthTest: false, transparent: true});
 
@@ -19,11 +20,14 @@ export class Highlight {
   }
 
   /// The twelve triangles of a cell.
-  show_cell({positions, outer}, cell) {
+  show_cell({positions, tets}, cell) {
     const points = [];
-    for (let face = 12 * cell; face < 12 * cell + 12; ++face)
-      for (let corner = 0; corner < 3; ++corner)
-        for (const vertex of [outer[3 * face + corner], outer[3 * face + (corner + 1) % 3]]) points.push(...positions.subarray(3 * vertex, 3 * vertex + 3));
+    const point = corner => {
+      const vertex = tets[20 * cell + face_corners[corner]];
+      return positions.subarray(3 * vertex, 3 * vertex + 3);
+    };
+    for (let face = 0; face < faces_per_cell; ++face)
+      for (let corner = 0; corner < 3; ++corner) points.push(...point(3 * face + corner), ...point(3 * face + (corner + 1) % 3));
     this.set(this.outline, points);
   }
 

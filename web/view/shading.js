@@ -6,12 +6,16 @@ import {color_maps} from './color_maps.js';
 // colour from a map by a scalar a vertex, and a clip plane.
 const vertex_shader = `
   in float value;
+  in vec3 center;
+  uniform float explode;
+  uniform vec3 middle;
   out float v_value;
   out vec3 v_view;
   out vec3 v_world;
   out vec3 v_corner;
   void main() {
-    vec4 world = modelMatrix * vec4(position, 1.0);
+    vec3 at = explode > 0.0 ? center + explode * (center - middle) + (1.0 - 0.35 * explode) * (position - center) : position;
+    vec4 world = modelMatrix * vec4(at, 1.0);
     vec4 view = viewMatrix * world;
     v_world = world.xyz;
     v_view = view.xyz;
@@ -27,9 +31,9 @@ const fragment_shader = `
   uniform vec2 range;
   uniform bool logarithmic, mapped, quads, edges_only;
   uniform vec3 base, edge_color;
-  uniform float opacity, edge_strength;
+  uniform float edge_strength;
   uniform vec4 clip;
-  uniform bool orthographic;
+  uniform bool orthographic, glass;
   in float v_value;
   in vec3 v_view, v_world, v_corner;
   out vec4 color;
@@ -60,7 +64,8 @@ const fragment_shader = `
     float rim = pow(1.0 - max(dot(n, to_eye), 0.0), 3.0);
     vec3 lit = albedo * (mix(vec3(0.34, 0.33, 0.36), vec3(0.62, 0.64, 0.68), hemisphere) + 0.55 * key) + 0.05 * rim;
     vec3 shown = edges_only ? mix(albedo, edge_color, 0.3) : mix(lit, edge_color, edge);
-    color = vec4(shown, edges_only ? edge : opacity);
+    float alpha = edges_only ? edge : glass ? 0.10 + 0.55 * rim : 1.0;
+    color = vec4(shown, alpha);
     color.rgb = pow(color.rgb, vec3(1.0 / 2.2));
     color.rgb *= color.a;
   }`;
@@ -80,21 +85,19 @@ function map_texture(name) {
 
 export const no_clip = new THREE.Vector4(0, 0, 0, 1);
 
-export function solid_material({color = '#8899aa', edges = 0.25, quads = false, opacity = 1} = {}) {
+export function solid_material({color = '#8899aa', edges = 0.25, quads = false} = {}) {
   return new THREE.ShaderMaterial({
     glslVersion: THREE.GLSL3,
     vertexShader: vertex_shader,
     fragmentShader: fragment_shader,
     side: THREE.DoubleSide,
-    transparent: opacity < 1,
-    depthWrite: opacity === 1,
     premultipliedAlpha: true,
     uniforms: {
       map: {value: map_texture('sequential')}, range: {value: new THREE.Vector2(0, 1)},
       logarithmic: {value: false}, mapped: {value: false}, quads: {value: quads}, edges_only: {value: false},
       base: {value: new THREE.Color(color)}, edge_color: {value: new THREE.Color('#10151c')},
-      opacity: {value: opacity}, edge_strength: {value: edges}, clip: {value: no_clip},
-      orthographic: {value: false},
+      edge_strength: {value: edges}, clip: {value: no_clip}, glass: {value: false},
+      orthographic: {value: false}, explode: {value: 0}, middle: {value: new THREE.Vector3()},
     },
   });
 }
@@ -109,29 +112,37 @@ export function apply_scale(material, scale) {
   uniforms.range.value.set(scale.min, scale.max);
 }
 
+/// Tells the material, as it is drawn, what kind of camera looks.
+export function apply_orthographic(mesh) {
+  mesh.onBeforeRender = (_renderer, _scene, camera) => {
+    mesh.material.uniforms.orthographic.value = camera.isOrthographicCamera === true;
+    mesh.material.uniformsNeedUpdate = true;
+  };
+}
+
 /// A list of triangles that grows but keeps its buffers while they are large enough.
 export class TriangleList {
   constructor(material) {
     this.geometry = new THREE.BufferGeometry();
     this.mesh = new THREE.Mesh(this.geometry, material);
     this.mesh.frustumCulled = false;
-    this.mesh.onBeforeRender = (_renderer, _scene, camera) => {
-      material.uniforms.orthographic.value = camera.isOrthographicCamera === true;
-      material.uniformsNeedUpdate = true;
-    };
+    apply_orthographic(this.mesh);
     this.capacity = -1;
     this.triangles = 0;
   }
 
-  reserve(triangles) {
-    if (triangles > this.capacity || triangles < this.capacity / 8) {
+  reserve(triangles, with_centers = false) {
+    if (triangles > this.capacity || triangles < this.capacity / 8 || with_centers !== Boolean(this.centers)) {
       this.capacity = Math.ceil(triangles * 1.2) + 16;
       this.geometry.dispose();
+      this.geometry.deleteAttribute('center');
+      if (with_centers) this.geometry.setAttribute('center', dynamic(new Float32Array(9 * this.capacity), 3));
       this.geometry.setAttribute('position', dynamic(new Float32Array(9 * this.capacity), 3));
       this.geometry.setAttribute('value', dynamic(new Float32Array(3 * this.capacity), 1));
     }
     this.positions = this.geometry.attributes.position.array;
     this.values = this.geometry.attributes.value.array;
+    this.centers = this.geometry.attributes.center?.array;
   }
 
   upload(triangles) {

@@ -1,10 +1,10 @@
 import * as THREE from '../three.js';
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
-import {tet_of_face} from './cell_topology.js';
+import {tet_faces, tet_of_face} from './cell_topology.js';
 import {draw_cells, move_cells} from './cell_faces.js';
 import {SurfaceLayer} from './surface_layer.js';
 import {collider_mesh} from './collider_mesh.js';
-import {raycast} from './raycast.js';
+import {indexed, raycast} from './raycast.js';
 import {apply_embedding, cell_volumes, inverted_tets} from './deformation.js';
 
 /// The bodies of a simulation at the frame shown: skins moved by the embedding, cells, rigid shapes, inverted tets.
@@ -39,7 +39,7 @@ export class SimLayer {
 
   set_frame(frame) {
     this.frame = frame;
-    for (const body of frame.bodies) this.bodies.get(body.id)?.set_frame(body);
+    for (const body of frame.bodies) this.bodies.get(body.id)?.set_frame(body, frame.metrics);
     this.viewport.invalidate();
   }
 
@@ -52,7 +52,7 @@ class DeformableView {
   constructor(layer, body) {
     Object.assign(this, {layer, body, positions: Float32Array.from(body.rest_positions)});
     this.rest_volumes = cell_volumes(this.positions, body.tets);
-    this.cells = {positions: this.positions, tets: body.tets, outer: body.outer, neighbour: body.neighbour};
+    this.cells = {positions: this.positions, tets: body.tets, neighbour: body.neighbour};
     this.list = new TriangleList(solid_material({color: '#b9a88c', edges: 0.35}));
     this.inverted = new TriangleList(solid_material({color: '#ff1a4d', edges: 0.5}));
     this.inverted.mesh.renderOrder = 2;
@@ -64,14 +64,14 @@ class DeformableView {
   }
 
   make_skin({triangles, tet}) {
-    this.skin_positions = new Float32Array(3 * tet.length);
     this.skin = new SurfaceLayer(this.layer.viewport, this.layer.group);
+    this.skin.set_triangles(new Float32Array(3 * tet.length), triangles);
     this.move_skin();
-    this.skin.set_triangles(this.skin_positions, triangles);
   }
 
   move_skin() {
-    apply_embedding(this.body.embedded, this.body.tets, this.positions, this.skin_positions);
+    apply_embedding(this.body.embedded, this.body.tets, this.positions, this.skin.positions);
+    this.skin.moved();
   }
 
   get shows_cells() {
@@ -90,15 +90,14 @@ class DeformableView {
     material.transparent = edges_only;
   }
 
-  set_frame({positions}) {
+  set_frame({positions}, metrics) {
     this.cells.positions = this.positions = positions;
     if (this.shows_cells) {
       move_cells(this.list, this.cells, this.layer.options.scale ? this.errors_per_tet() : null);
     } else {
       this.move_skin();
-      this.skin.move(this.skin_positions);
     }
-    this.draw_inverted();
+    if (metrics.inverted > 0 || this.inverted.triangles > 0) this.draw_inverted();
   }
 
   errors_per_tet() {
@@ -111,9 +110,8 @@ class DeformableView {
   draw_inverted() {
     const {tets} = this.body;
     const bad = inverted_tets(this.positions, tets);
-    this.inverted_count = bad.length;
     this.inverted.reserve(4 * bad.length);
-    bad.forEach((tet, k) => [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].forEach((face, f) => face.forEach((corner, c) => {
+    bad.forEach((tet, k) => tet_faces.forEach((face, f) => face.forEach((corner, c) => {
       const from = 3 * tets[4 * tet + corner];
       this.inverted.positions.set(this.positions.subarray(from, from + 3), 36 * k + 9 * f + 3 * c);
     })));
@@ -122,7 +120,7 @@ class DeformableView {
 
   /// The hit with what is drawn, and the particle nearest to it.
   raycast(ray) {
-    const hit = raycast(this.shows_cells ? this.list : this.skin.list, ray);
+    const hit = raycast(this.shows_cells ? this.list : indexed(this.skin), ray);
     return hit && {...hit, vertex: this.nearest_vertex(hit)};
   }
 

@@ -1,49 +1,64 @@
-import {TriangleList, no_clip, solid_material} from './shading.js';
+import * as THREE from '../three.js';
+import {apply_orthographic, no_clip, solid_material} from './shading.js';
 
-/// A triangle mesh as it was given; also the simulation's skin, whose vertices move.
+/// A triangle mesh as it was given; also the simulation's skin, whose vertices move. As glass it is drawn in two
+/// passes: depth alone, then only the nearest layer, lit at its rims.
 export class SurfaceLayer {
-  constructor(viewport, parent, {color = '#c8b79c'} = {}) {
-    this.viewport = viewport;
-    this.parent = parent;
-    this.list = new TriangleList(solid_material({color, edges: 0}));
-    parent.add(this.list.mesh);
+  constructor(viewport, parent) {
+    Object.assign(this, {viewport, parent, triangles: new Uint32Array(), positions: new Float32Array()});
+    this.geometry = new THREE.BufferGeometry();
+    this.material = solid_material({edges: 0});
+    this.depth_material = new THREE.MeshBasicMaterial({colorWrite: false, side: THREE.DoubleSide,
+      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2});
+    this.mesh = this.add(this.material, 2);
+    this.depth = this.add(this.depth_material, 1);
+    apply_orthographic(this.mesh);
     this.show(false);
   }
 
+  add(material, order) {
+    const mesh = new THREE.Mesh(this.geometry, material);
+    mesh.frustumCulled = false;
+    mesh.renderOrder = order;
+    this.parent.add(mesh);
+    return mesh;
+  }
+
   show(on) {
-    this.list.mesh.visible = on;
+    this.on = this.mesh.visible = on;
+    this.depth.visible = on && this.glass === true;
   }
 
   set_triangles(positions, triangles) {
     this.triangles = triangles;
-    this.list.reserve(triangles.length / 3);
-    this.move(positions);
-  }
-
-  move(positions) {
-    const {triangles, list} = this;
-    for (let i = 0; i < triangles.length; ++i) {
-      const from = 3 * triangles[i], to = 3 * i;
-      list.positions[to] = positions[from];
-      list.positions[to + 1] = positions[from + 1];
-      list.positions[to + 2] = positions[from + 2];
-    }
-    list.upload(triangles.length / 3);
+    this.geometry.dispose();
+    this.geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(triangles), 1));
+    this.geometry.setAttribute('position', new THREE.BufferAttribute(Float32Array.from(positions), 3).setUsage(THREE.DynamicDrawUsage));
+    this.positions = this.geometry.attributes.position.array;
     this.viewport.invalidate();
   }
 
-  update({plane = null, edges_only = false, color}) {
-    const {material} = this.list.mesh;
-    material.uniforms.clip.value = plane ?? no_clip;
-    material.uniforms.edges_only.value = edges_only;
-    material.uniforms.edge_strength.value = edges_only ? 0.8 : 0;
-    material.transparent = edges_only;
-    if (color) material.uniforms.base.value.set(color);
+  /// After the positions were written.
+  moved() {
+    this.geometry.attributes.position.needsUpdate = true;
+    this.viewport.invalidate();
+  }
+
+  update({plane = null, edges_only = false, glass = false}) {
+    const color = getComputedStyle(document.documentElement).getPropertyValue('--surface-color').trim();
+    this.glass = glass && !edges_only;
+    const {uniforms} = this.material;
+    uniforms.clip.value = plane ?? no_clip;
+    uniforms.base.value.set(color);
+    uniforms.glass.value = this.glass;
+    this.material.wireframe = edges_only;
+    this.material.transparent = this.glass;
+    this.show(this.on);
     this.viewport.invalidate();
   }
 
   dispose() {
-    this.parent.remove(this.list.mesh);
-    this.list.dispose();
+    this.parent.remove(this.mesh, this.depth);
+    for (const made of [this.geometry, this.material, this.depth_material]) made.dispose();
   }
 }

@@ -1,7 +1,8 @@
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
-import {cell_centers, draw_cells} from './cell_faces.js';
+import {at_edge, cell_centers, draw_cells, seen} from './cell_faces.js';
 import {draw_cut} from './cut.js';
 import {plane_in} from './clip_plane.js';
+import {same} from '../state/store.js';
 
 /// The model's tets: what is visible of its cells after clipping, selection and exploding, and the cut surface.
 export class TetLayer {
@@ -19,41 +20,55 @@ export class TetLayer {
     for (const list of this.lists) list.mesh.visible = on;
   }
 
-  /// cells: the document of /tets with its topology (see data_worker.js).
+  /// cells: the documents of /tets and /quality with the neighbours (see data_worker.js).
   set_cells(cells) {
     this.cells = cells;
     this.centers = cell_centers(cells);
+    this.drawn = null;
   }
 
   /// plane: clip in the world or null; cut: slice cells instead of keeping whole ones; selected: a byte a cell or
   /// null; values: a number a tet with its scale.
   update({plane, cut, explode, selected, values, scale, edges_only}) {
-    if (!this.cells) return;
     const local = plane ? plane_in(plane, this.viewport.model.matrix) : null;
-    const sliced = local && cut && explode === 0;
-    this.visible = this.visible_cells(sliced ? null : local, selected);
-    draw_cells(this.faces, this.cells, {visible: this.visible, values, explode, centers: this.centers});
-    if (sliced) draw_cut(this.cut, this.cells, local, {visible: this.visible, values});
-    else this.cut.upload_none();
-    this.faces.mesh.material.uniforms.clip.value = sliced ? plane : no_clip;
-    for (const {mesh: {material}} of this.lists) {
-      apply_scale(material, scale);
-      material.uniforms.edges_only.value = edges_only;
-      material.transparent = edges_only;
-      material.uniforms.edge_strength.value = edges_only ? 0.9 : 0.35;
-    }
+    const sliced = Boolean(local && cut && explode === 0);
+    const wanted = {local, sliced, exploded: explode > 0, selected, values};
+    if (!this.drawn || Object.keys(wanted).some(key => key === 'local' ? !same(wanted.local, this.drawn.local) : wanted[key] !== this.drawn[key]))
+      this.draw(wanted);
+    const {uniforms} = this.faces.mesh.material;
+    uniforms.explode.value = this.faces.explode = explode;
+    uniforms.middle.value.set(...this.centers.middle);
+    uniforms.clip.value = sliced ? plane : no_clip;
+    for (const {mesh: {material}} of this.lists) restyle(material, scale, edges_only);
     this.viewport.invalidate();
+  }
+
+  draw(wanted) {
+    const {local, sliced, exploded, selected, values} = this.drawn = wanted;
+    const visible = this.visible_cells(sliced ? null : local, selected);
+    draw_cells(this.faces, this.cells, {visible, values, centers: exploded ? this.centers : null});
+    if (sliced) draw_cut(this.cut, this.cells, local, {visible, values});
+    else this.cut.upload_none();
   }
 
   visible_cells(plane, selected) {
     if (!plane && !selected) return null;
     const {cells} = this.centers;
     const visible = new Uint8Array(cells.length / 3);
-    for (let cell = 0; cell < visible.length; ++cell) {
-      if (selected && !selected[cell]) continue;
-      const at = 3 * cell;
-      visible[cell] = !plane || plane[0] * cells[at] + plane[1] * cells[at + 1] + plane[2] * cells[at + 2] <= plane[3];
+    const [nx, ny, nz, w] = plane ?? [0, 0, 0, 1];
+    const reach = 2 * this.cells.grid.spacing;  // a neighbour's centre, with room for smoothing
+    for (let cell = 0, at = 0; cell < visible.length; ++cell, at += 3) {
+      const depth = nx * cells[at] + ny * cells[at + 1] + nz * cells[at + 2] - w;
+      if (depth > 0 || selected && !selected[cell]) continue;
+      visible[cell] = selected || depth > -reach ? at_edge : seen;
     }
     return visible;
   }
+}
+
+function restyle(material, scale, edges_only) {
+  apply_scale(material, scale);
+  material.uniforms.edges_only.value = edges_only;
+  material.transparent = edges_only;
+  material.uniforms.edge_strength.value = edges_only ? 0.9 : 0.35;
 }

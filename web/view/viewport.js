@@ -3,6 +3,7 @@ import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
 const fov = 32;
+const slow_frame = 70, settled = 250;  // milliseconds
 
 /// The canvas, its camera and its light; draws only when asked to. Layers add their objects to `scene` (world) or
 /// `model` (the mesh's own coordinates, placed as the body stands in the world).
@@ -89,8 +90,7 @@ export class Viewport extends EventTarget {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
-    this.renderer.setSize(width, height, false);
+    this.set_sharpness(1);
     if (!this.store.get('view.camera')) this.fit(null, false);
     this.draw();
   }
@@ -99,9 +99,27 @@ export class Viewport extends EventTarget {
     this.pending ??= requestAnimationFrame(() => this.draw());
   }
 
+  /// Where frames come slowly while the picture moves, it is drawn coarser, and sharp again once it rests.
+  adapt() {
+    const now = performance.now(), took = now - (this.last_draw ?? 0);
+    this.last_draw = now;
+    this.mean = took > settled ? 0 : 0.7 * (this.mean ?? 0) + 0.3 * took;
+    if (this.mean > slow_frame && this.sharpness > 0.5) this.set_sharpness(0.7 * this.sharpness);
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => this.sharpness < 1 && (this.set_sharpness(1), this.draw()), settled);
+  }
+
+  set_sharpness(sharpness) {
+    this.sharpness = sharpness;
+    this.mean = 0;
+    this.renderer.setPixelRatio(sharpness * Math.min(2, devicePixelRatio));
+    this.renderer.setSize(this.canvas.clientWidth, this.canvas.clientHeight, false);
+  }
+
   draw() {
     cancelAnimationFrame(this.pending);
     this.pending = null;
+    this.adapt();
     this.place_cameras();
     this.marker?.quaternion.copy(this.camera.quaternion);
     this.renderer.render(this.scene, this.camera);
@@ -136,6 +154,7 @@ export class Viewport extends EventTarget {
   }
 
   screenshot() {
+    this.set_sharpness(1);
     this.draw();
     return new Promise(resolve => this.canvas.toBlob(resolve, 'image/png'));
   }

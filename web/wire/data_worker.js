@@ -1,6 +1,6 @@
 // Fetches and decodes bulk data, and prepares what is drawn, off the main thread.
 import {decode_tree} from './decode.js';
-import {cell_topology} from '../view/cell_topology.js';
+import {face_neighbours} from '../view/cell_topology.js';
 import {voxel_faces} from '../view/voxel_faces.js';
 
 async function load({url}) {
@@ -13,15 +13,16 @@ async function load({url}) {
 
 const tasks = {
   load,
-  /// Tets of a model with their quality, the outer faces of its cells and their neighbours.
+  /// Tets of a model with their quality, the neighbours across its cells' faces.
   async load_cells({url}) {
     const [[tets, a], [quality, b]] = await Promise.all([load({url: `${url}/tets`}), load({url: `${url}/quality`})]);
-    const topology = cell_topology(tets.tets);
-    return [{...quality, ...tets, ...topology}, [...a, ...b, topology.outer.buffer, topology.neighbour.buffer]];
+    const neighbour = face_neighbours(tets.tets, tets.cells);
+    return [{...quality, ...tets, neighbour}, [...a, ...b, neighbour.buffer]];
   },
-  cells({tets}) {
-    const topology = cell_topology(tets);
-    return [topology, [topology.outer.buffer, topology.neighbour.buffer]];
+  /// The neighbours across the faces of cells that are known otherwise.
+  neighbours({tets, cells}) {
+    const neighbour = face_neighbours(tets, cells);
+    return [{neighbour}, [neighbour.buffer]];
   },
   async load_voxels({url}) {
     const [voxels, buffers] = await load({url: `${url}/voxels?shell=false`});

@@ -79,23 +79,49 @@ export class Looking extends EventTarget {
     const solid = layers.tets || layers.voxels;
     if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.meshing.load_voxels();
     this.surface.show(layers.surface && Boolean(this.meshing.geometry));
-    this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only});
-    this.coloring = tet_coloring(view.color_by, this.meshing, this.sim);
+    this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only, glass: view.surface_look === 'glass' && this.shows_inside(layers)});
+    this.coloring = this.same_coloring(view) ?? tet_coloring(view.color_by, this.meshing, this.sim);
     this.update_tets(view, plane);
     this.update_voxels(view, plane);
     this.sim.show(layers.sim);
     this.sim.update({look: view.sim_look, scale: view.sim_look === 'cells' && view.color_by === 'volume_error' ? this.coloring.scale : null, edges_only: view.edges_only});
     this.viewport.invalidate();
+    this.tell_coloring(view);
+  }
+
+  /// Colours that did not change keep their arrays, so that nothing is drawn anew for them.
+  same_coloring({color_by}) {
+    const of = this.colored;
+    const still = of && color_by !== 'volume_error' && of.color_by === color_by && of.cells === this.meshing.cells && of.voxels === this.meshing.voxels;
+    this.colored = {color_by, cells: this.meshing.cells, voxels: this.meshing.voxels};
+    return still ? this.coloring : null;
+  }
+
+  tell_coloring({select}) {
+    if (this.told?.coloring === this.coloring && this.told.select === JSON.stringify(select)) return;
+    this.told = {coloring: this.coloring, select: JSON.stringify(select)};
     this.dispatchEvent(new Event('coloring'));
+  }
+
+  /// Something stands behind the glass.
+  shows_inside({tets, voxels}) {
+    return Boolean(tets && this.meshing.cells || voxels && this.meshing.voxels);
   }
 
   update_tets(view, plane) {
     const shown = view.layers.tets && Boolean(this.meshing.cells);
     this.tets.show(shown);
     if (!shown) return;
-    this.selected = make_selection(view.select, this.coloring);
+    this.selected = this.selection(view.select);
     this.tets.update({plane, cut: view.clip.mode === 'cut', explode: view.explode, selected: this.selected,
       values: this.coloring.values, scale: this.coloring.scale, edges_only: view.edges_only});
+  }
+
+  selection(range) {
+    const of = JSON.stringify(range);
+    if (this.selected_of?.range !== of || this.selected_of.coloring !== this.coloring)
+      this.selected_of = {range: of, coloring: this.coloring, selected: make_selection(range, this.coloring)};
+    return this.selected_of.selected;
   }
 
   update_voxels(view, plane) {

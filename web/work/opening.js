@@ -58,7 +58,8 @@ export const opening = app => {
 async function replace_mesh(app, mesh, params, source) {
   const {store} = app;
   app.restoring = true;
-  store.adopt({'view.camera': null, 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
+  const thin = mesh.sample && sample_presets[mesh.sample] === 'thin';
+  store.adopt({'view.camera': null, 'view.surface_look': thin ? 'solid' : 'glass', 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
   app.restoring = false;
   app.refit = true;
   await app.open(source);

@@ -1,4 +1,4 @@
-import {raycast} from '../view/raycast.js';
+import {exploded, indexed, raycast} from '../view/raycast.js';
 import {tet_of_face} from '../view/cell_topology.js';
 import {plane_in} from '../view/clip_plane.js';
 import * as THREE from '../three.js';
@@ -60,8 +60,8 @@ function ray_in_model({viewport}, ray) {
 }
 
 function pick_cell({looking, meshing}, ray, plane) {
-  const {faces, cut} = looking.tets;
-  const hits = [[faces, plane], [cut, null]].map(([list, clip]) => ({list, hit: raycast(list, ray, clip)})).filter(({hit}) => hit);
+  const {faces, cut, centers} = looking.tets;
+  const hits = [[faces, plane], [cut, null]].map(([list, clip]) => ({list, hit: raycast(exploded(list, centers.middle), ray, clip)})).filter(({hit}) => hit);
   if (!hits.length) return null;
   const {list, hit} = hits.sort((a, b) => a.hit.distance - b.hit.distance)[0];
   const tet = list === faces ? tet_of_face(faces.faces[hit.triangle]) : cut.tets[Math.floor(hit.triangle / 2)];
@@ -80,7 +80,7 @@ function pick_voxel({looking, meshing}, ray) {
 }
 
 function pick_surface({looking}, ray) {
-  const hit = raycast(looking.surface.list, ray);
+  const hit = raycast(indexed(looking.surface), ray);
   return hit && {kind: 'triangle', triangle: hit.triangle, distance: hit.distance, point_in_model: hit.point, says: `Triangle ${hit.triangle}`};
 }
 

@@ -51,7 +51,7 @@ export class Simulation extends EventTarget {
 
   async set_bodies(bodies) {
     this.bodies = await Promise.all(bodies.map(async body => body.type === 'deformable'
-      ? {...body, ...await ask('cells', {tets: body.tets})} : body));
+      ? {...body, ...await ask('neighbours', {tets: body.tets, cells: body.cells})} : body));
     this.buffer.clear();
     this.shown = null;
     this.tell('bodies');
