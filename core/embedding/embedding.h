@@ -9,13 +9,15 @@
 
 namespace isochor {
 
-/// Original vertices bound to tets [Milliron 2002]: position = Σ weights[i]·tet vertex i. The weights sum to
-/// one (negative ones extrapolate), so affine maps are reproduced exactly.
+/// Original vertices bound to tets [Milliron 2002]: position = Σ weights[i]·tet vertex i. The weights are
+/// multiples of 2⁻⁴⁴, so their sum is exactly one in any order (negative ones extrapolate) and affine maps
+/// are reproduced to round-off.
 struct Embedding {
-  std::vector<std::int32_t> tet;              ///< a soup vertex
-  std::vector<std::array<float, 4>> weights;  ///< of that tet's vertices
-  std::int64_t outside = 0;                   ///< vertices outside every tet, bound to the nearest
-  double largest_distance = 0.0;              ///< of those, to the tets, in model units
+  std::vector<std::int32_t> tet;               ///< a soup vertex
+  std::vector<std::array<double, 4>> weights;  ///< of that tet's vertices
+  std::vector<float> distance;                 ///< to the bound tet in model units; 0 inside
+  std::int64_t outside = 0;                    ///< vertices outside every tet, bound to the nearest
+  double largest_distance = 0.0;               ///< of those, to the tets, in model units
 };
 
 Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress& progress);

@@ -64,7 +64,7 @@ std::vector<ExportFile> write_embedding(const ExportModel& model) {
   array(text, "tet", embedding.tet, [&](std::int32_t tet) { text << tet; });
   array(text, "vertices", embedding.tet,
         [&](std::int32_t tet) { (text << '[').list(model.mesh.tets[tet], ',', 0) << ']'; });
-  array(text, "weights", embedding.weights, [&](const std::array<float, 4>& w) {
+  array(text, "weights", embedding.weights, [&](const std::array<double, 4>& w) {
     text << '[' << w[0] << ',' << w[1] << ',' << w[2] << ',' << w[3] << ']';
   });
   text << "}\n";

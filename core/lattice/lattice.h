@@ -11,7 +11,7 @@ namespace isochor {
 enum class Contacts { keep, fill, separate };
 
 struct LatticeOptions {
-  int cells = 24;        ///< along the box's longest edge, 2 to 256, at most voxels/2
+  int cells = 24;        ///< along the box's longest edge, 2 to 256, at most voxels/2; odd ones round up
   double density = 0.5;  ///< a cell is kept when m(V)/M(V) exceeds it; 0 to 1
   bool fill_holes = true;
   bool largest_only = false;
@@ -30,6 +30,10 @@ struct Lattice {
   std::int64_t edge_contacts = 0, vertex_contacts = 0;  ///< lattice edges and nodes where only those touch
   Contacts contacts = Contacts::keep;                   ///< separate is carried out by make_tetrahedra
 };
+
+/// The lattice alone, covering the box and a margin around it. Reflection maps the parity pattern of the tets
+/// onto itself only when every axis has an even number of cells.
+Grid lattice_grid(const Box& box, int cells, double margin);
 
 /// box: that of the soup. Throws invalid_argument when cells > voxels/2.
 Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOptions& options,

@@ -27,10 +27,18 @@ struct StageReport {
   bool reused = false;
 };
 
+/// A one-click cure: a value for a parameter of the table.
+struct Fix {
+  std::size_t warning = 0;  ///< index into Model::warnings
+  std::string parameter;
+  double value = 0.0;
+};
+
 /// Everything a person can look at. The stages are shared and never change once made.
 struct Model {
   MeshingOptions options;
   std::shared_ptr<const TriangleSoup> soup;
+  std::shared_ptr<const MeshReport> input;
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const PseudoVolume> pseudo_volume;
   std::shared_ptr<const Lattice> lattice;
@@ -38,8 +46,10 @@ struct Model {
   std::shared_ptr<const Smoothed> smoothed;
   std::shared_ptr<const Embedding> embedding;
   QualitySummary quality;
+  double quality_ms = 0.0;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;  ///< each one says what, and what to change
+  std::vector<Fix> fixes;             ///< of those warnings that one value cures
 
   const TetMesh& mesh() const { return smoothed->mesh; }
 };
@@ -55,17 +65,28 @@ Estimate estimate(const TriangleSoup& soup, const MeshingOptions& options);
 /// Throws over_budget, naming the largest `voxels` or `cells` that fits into max_bytes.
 void check_budget(const TriangleSoup& soup, const MeshingOptions& options, std::int64_t max_bytes);
 
+/// Three quarters of this machine's memory, which AuthoringPipeline keeps to.
+std::int64_t memory_budget();
+
+/// The same model at half the voxels, thresholds kept as distances and as many cells as that allows: an
+/// answer within 100 ms while a slider moves. Run it in a pipeline of its own, which keeps the coarse field.
+MeshingOptions preview_options(const MeshingOptions& options);
+
 /// Remembers each stage's last inputs and recomputes from the first stage that changed. Not thread-safe.
 class AuthoringPipeline {
  public:
   explicit AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup);
-  /// Throws invalid_argument, empty_result (nothing inside: the hint names values to try), over_budget,
+  ~AuthoringPipeline();
+  AuthoringPipeline(AuthoringPipeline&&) noexcept;
+  AuthoringPipeline& operator=(AuthoringPipeline&&) noexcept;
+
+  /// Throws invalid_argument, empty_result (nothing inside: the hint names a value that works), over_budget,
   /// cancelled; after a throw the stages that were finished are kept.
   std::shared_ptr<const Model> run(const MeshingOptions& options, Progress& progress);
 
  private:
-  std::shared_ptr<const TriangleSoup> soup_;
-  std::shared_ptr<const Model> last_;
+  struct Stages;
+  std::unique_ptr<Stages> stages_;
 };
 
 }  // namespace isochor

@@ -36,6 +36,8 @@ Thresholds resolve_thresholds(const DistanceField& field, const PseudoVolumeOpti
 /// Padding that keeps rays outside and armed at the start: max(4, d_subs + 2), rounded up to 4, 8, 16, 28 so
 /// that moving a threshold seldom makes the distances stale.
 int required_padding(const PseudoVolumeOptions& options);
+/// The same for thresholds that are known; throws invalid_argument beyond 24 voxels.
+int required_padding(const Thresholds& thresholds);
 
 struct PseudoVolume {
   Grid grid;                         ///< that of the distance field

@@ -3,13 +3,14 @@
 #include <vector>
 
 #include "core/common/progress.h"
-#include "core/mesh_input/triangle_soup.h"
-#include "core/tetrahedra/tet_mesh.h"
+#include "core/embedding/embedding.h"
+#include "core/embedding/triangle_tree.h"
 
 namespace isochor {
 
-/// Per tet: smallest dihedral angle in degrees (0 when not positive) and scaled Jacobian (volume over that of
-/// the regular tet with the same longest edges; Knupp 2003), negative when inverted.
+/// Per tet: smallest dihedral angle in degrees (0 when not positive) and scaled Jacobian √2·6V over the
+/// largest product of the three edges at a vertex (1 for the regular tet; Knupp 2003), negative when
+/// inverted.
 struct TetQuality {
   std::vector<float> min_dihedral_deg, scaled_jacobian;
 };
@@ -24,6 +25,9 @@ struct QualitySummary {
   double boundary_to_input = 0.0;  ///< largest distance from the model's boundary vertices to the soup
   double input_to_boundary = 0.0;  ///< largest distance from sampled soup points outside the model to it
 };
-QualitySummary summarize_quality(const TetMesh& mesh, const TriangleSoup& soup, Progress& progress);
+
+/// soup_tree: over the soup's triangles; made once a soup.
+QualitySummary summarize_quality(const TetMesh& mesh, const TriangleSoup& soup, const TriangleTree& soup_tree,
+                                 const Embedding& embedding, Progress& progress);
 
 }  // namespace isochor

@@ -23,9 +23,10 @@ struct TetMesh {
   std::vector<Vec3> positions;
   std::vector<Tet> tets;
   std::vector<Cell> cells;
-  std::vector<std::array<std::int32_t, 3>> nodes;  ///< lattice node of each vertex
-  Grid grid;                                       ///< the lattice
-  std::vector<Triangle> surface;                   ///< boundary triangles, outward, in a fixed order
+  std::vector<std::array<std::int32_t, 3>>
+      nodes;                      ///< lattice node of each vertex; separated hinges repeat it
+  Grid grid;                      ///< the lattice
+  std::vector<Triangle> surface;  ///< boundary triangles, outward, in a fixed order
 };
 
 /// Corners of the five tets of a cell of the given parity, as bits of Cell::corners.

@@ -1,0 +1,63 @@
+#include "core/embedding/embedding.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/embedding/tet_locator.h"
+#include "core/parallel/parallel.h"
+
+namespace isochor {
+namespace {
+
+/// Multiples of 2⁻⁴⁴ add without rounding up to 2⁹, far beyond any weight of a vertex near its tet.
+double fixed_point(double weight) {
+  constexpr double unit = 17592186044416.0;  // 2⁴⁴
+  return std::round(weight * unit) / unit;
+}
+
+std::array<double, 4> exact_sum(const std::array<double, 4>& w) {
+  const double b = fixed_point(w[1]), c = fixed_point(w[2]), d = fixed_point(w[3]);
+  return {1.0 - (b + c + d), b, c, d};
+}
+
+}  // namespace
+
+Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress& progress) {
+  constexpr std::int64_t grain = 512;
+  progress.report("embedding", 0.0);
+  const TetLocator locator(mesh);
+  const auto count = static_cast<std::int64_t>(soup.positions.size());
+  Embedding embedding;
+  embedding.tet.resize(count), embedding.weights.resize(count), embedding.distance.resize(count);
+  parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    progress.throw_if_cancelled();
+    std::int32_t hint = -1;  // neighbours in the file are mostly neighbours in space
+    for (auto v = begin; v < end; ++v) {
+      const TetLocator::Location found = locator.locate(soup.positions[v], hint);
+      if (found.triangle >= 0) hint = found.triangle;
+      embedding.tet[v] = found.tet;
+      embedding.weights[v] = exact_sum(found.weights);
+      embedding.distance[v] = static_cast<float>(found.distance);
+    }
+  });
+  for (const float d : embedding.distance) {
+    embedding.outside += d > 0.0F;
+    embedding.largest_distance = std::max<double>(embedding.largest_distance, d);
+  }
+  return embedding;
+}
+
+void apply_embedding(const Embedding& embedding, const TetMesh& mesh, std::span<const Vec3> positions,
+                     std::span<Vec3> out) {
+  const auto count = static_cast<std::int64_t>(embedding.tet.size());
+  parallel_for(count, 4096, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = begin; v < end; ++v) {
+      const Tet& t = mesh.tets[embedding.tet[v]];
+      const auto& w = embedding.weights[v];
+      out[v] =
+          w[0] * positions[t[0]] + w[1] * positions[t[1]] + w[2] * positions[t[2]] + w[3] * positions[t[3]];
+    }
+  });
+}
+
+}  // namespace isochor

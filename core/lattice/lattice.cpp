@@ -1,0 +1,130 @@
+#include "core/lattice/lattice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/lattice/topology.h"
+#include "core/parallel/parallel.h"
+
+namespace isochor {
+namespace {
+
+/// Voxels of one axis whose centres lie in a cell, [begin, end) cut to the grid, and how many there would be
+/// in an endless grid.
+struct VoxelRange {
+  int begin, end, uncut;
+};
+
+// Cells are closed: a centre on a cell's boundary counts for both sides, so that mirroring changes nothing.
+std::vector<VoxelRange> voxel_ranges(const Grid& lattice, const Grid& voxels, int axis) {
+  constexpr double round_off = 1e-6;
+  std::vector<VoxelRange> ranges;
+  const double step = lattice.spacing / voxels.spacing;
+  const double start = (lattice.origin[axis] - voxels.origin[axis]) / voxels.spacing - 0.5;
+  for (int c = 0; c < lattice.size[axis]; ++c) {
+    const int begin = static_cast<int>(std::ceil(start + c * step - round_off));
+    const int end = static_cast<int>(std::floor(start + (c + 1) * step + round_off)) + 1;
+    ranges.push_back(
+        {std::clamp(begin, 0, voxels.size[axis]), std::clamp(end, 0, voxels.size[axis]), end - begin});
+  }
+  return ranges;
+}
+
+// Sums along x, then y, then z touch each voxel once: as fast as a summed-volume table at the usual sizes,
+// without its 4 bytes a voxel.
+std::vector<float> densities(const PseudoVolume& volume, const Grid& lattice) {
+  const auto xs = voxel_ranges(lattice, volume.grid, 0), ys = voxel_ranges(lattice, volume.grid, 1),
+             zs = voxel_ranges(lattice, volume.grid, 2);
+  std::vector<float> density(lattice.count());
+  parallel_for(lattice.size.z(), 1, [&](std::int64_t first, std::int64_t last) {
+    std::vector<std::int32_t> sums(static_cast<std::size_t>(lattice.size.x()) * lattice.size.y());
+    for (auto ck = first; ck < last; ++ck) {
+      std::ranges::fill(sums, 0);
+      for (int k = zs[ck].begin; k < zs[ck].end; ++k)
+        for (std::size_t cj = 0; cj < ys.size(); ++cj)
+          for (int j = ys[cj].begin; j < ys[cj].end; ++j) {
+            const std::uint8_t* row = volume.inside.data() + volume.grid.index(0, j, k);
+            std::int32_t* sum = sums.data() + cj * xs.size();
+            for (const VoxelRange& x : xs) {
+              for (int i = x.begin; i < x.end; ++i) *sum += row[i];
+              ++sum;
+            }
+          }
+      float* out = density.data() + lattice.index(0, 0, static_cast<int>(ck));
+      for (std::size_t c = 0; c < sums.size(); ++c) {
+        const double all =
+            static_cast<double>(xs[c % xs.size()].uncut) * ys[c / xs.size()].uncut * zs[ck].uncut;
+        out[c] = static_cast<float>(sums[c] / all);
+      }
+    }
+  });
+  return density;
+}
+
+void check(const PseudoVolume& volume, const Box& box, const LatticeOptions& options) {
+  const double voxels = std::round(box.size().maxCoeff() / volume.grid.spacing);
+  const double most = std::min(256.0, std::floor(voxels / 2.0));
+  if (options.cells < 2 || options.cells > most)
+    throw Error(ErrorCode::invalid_argument,
+                "cells is " + std::to_string(options.cells) + ", but must be between 2 and half the voxels",
+                "use at most " + std::to_string(static_cast<int>(most)) + " cells, or more voxels",
+                {{"/cells", "out of range", 2.0, most}});
+  if (!(options.density >= 0.0 && options.density <= 1.0))
+    throw Error(ErrorCode::invalid_argument, "density must be between 0 and 1",
+                "use 0.5, or 0.2 for thin parts", {{"/density", "out of range", 0.0, 1.0}});
+}
+
+/// An even number that covers the extent, at least two.
+int even_cells(double extent, double cell) {
+  return 2 * std::max(1, static_cast<int>(std::ceil(extent / (2.0 * cell) - 1e-9)));
+}
+
+}  // namespace
+
+Grid lattice_grid(const Box& box, int cells, double margin) {
+  const double longest = box.size().maxCoeff();
+  Grid grid;
+  grid.spacing = longest / (cells + cells % 2);
+  const int layers = static_cast<int>(std::ceil(margin / grid.spacing));
+  for (int axis = 0; axis < 3; ++axis)
+    grid.size[axis] = even_cells(box.size()[axis], grid.spacing) + 2 * layers;
+  grid.origin = box.center() - 0.5 * grid.spacing * grid.size.cast<double>();
+  return grid;
+}
+
+Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOptions& options,
+                     Progress& progress) {
+  check(volume, box, options);
+  progress.throw_if_cancelled();
+  progress.report("lattice", 0.0);
+  Lattice lattice;
+  lattice.grid = lattice_grid(box, options.cells, volume.thresholds.d_in);
+  lattice.contacts = options.contacts;
+  lattice.density = densities(volume, lattice.grid);
+  lattice.kept.resize(lattice.density.size());
+  const auto threshold = static_cast<float>(options.density);
+  std::ranges::transform(lattice.density, lattice.kept.begin(), [&](float d) { return d > threshold; });
+
+  std::int64_t filled = 0;
+  do {
+    progress.throw_if_cancelled();
+    if (options.fill_holes) fill_holes(lattice.grid, lattice.kept);
+    filled = options.contacts == Contacts::fill ? fill_contacts(lattice.grid, lattice.kept) : 0;
+  } while (filled > 0);
+
+  Components components = label_components(lattice.grid, lattice.kept);
+  lattice.components = static_cast<int>(components.size.size());
+  if (options.largest_only && lattice.components > 1) {
+    keep_largest(components, lattice.kept);
+    lattice.components = 1;
+  }
+  const ContactCounts contacts = count_contacts(lattice.grid, lattice.kept);
+  lattice.edge_contacts = contacts.edges, lattice.vertex_contacts = contacts.nodes;
+  for (std::size_t c = 0; c < lattice.kept.size(); ++c) {
+    lattice.kept_count += lattice.kept[c];
+    lattice.filled_count += lattice.kept[c] != 0 && lattice.density[c] <= threshold;
+  }
+  return lattice;
+}
+
+}  // namespace isochor

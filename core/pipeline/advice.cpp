@@ -1,0 +1,100 @@
+#include "core/pipeline/advice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "core/pipeline/stages.h"
+
+namespace isochor {
+namespace {
+
+constexpr double enough_coverage = 0.95;
+
+void warn(Model& model, std::string text) {
+  model.warnings.push_back(std::move(text));
+}
+void warn(Model& model, std::string text, std::string parameter, double value) {
+  model.fixes.push_back({model.warnings.size(), std::move(parameter), value});
+  model.warnings.push_back(std::move(text));
+}
+
+MeshingOptions with_p_in(const MeshingOptions& options, double p_in_voxels) {
+  MeshingOptions changed = options;
+  PseudoVolumeOptions& thresholds = changed.pseudo_volume;
+  thresholds.p_in.reset(), thresholds.p_subs.reset();
+  thresholds.p_in_voxels = p_in_voxels;
+  thresholds.p_subs_voxels = std::max(thresholds.p_subs_voxels, p_in_voxels);
+  return changed;
+}
+
+bool covers_input(const std::shared_ptr<const TriangleSoup>& soup, const MeshingOptions& options,
+                  Progress& progress) {
+  PipelineStages stages(soup);
+  const auto model = stages.run(options, progress);
+  return model->lattice->kept_count > 0 && model->quality.coverage >= enough_coverage;
+}
+
+/// The smallest p_in_voxels tried, at or above what a sheet needs (2·d_in ≥ 3·density·cell), with which the
+/// model covers the input.
+std::optional<double> find_p_in(const Model& model, Progress& progress) {
+  const double cell = model.lattice->grid.spacing / model.field->grid.spacing;
+  const double needed = std::max(1.5 * model.options.lattice.density * cell,
+                                 1.25 * model.pseudo_volume->thresholds.p_in_voxels);
+  for (double p_in = std::ceil(2.0 * needed) / 2.0; p_in <= 16.0; p_in = std::ceil(3.0 * p_in) / 2.0)
+    if (covers_input(model.soup, with_p_in(model.options, p_in), progress)) return p_in;
+  return std::nullopt;
+}
+
+}  // namespace
+
+void throw_empty(const Model& model, Progress& progress) {
+  const bool no_voxel = model.pseudo_volume->inside_count == 0;
+  const std::string what = no_voxel
+                               ? "no voxel lies inside"
+                               : "no lattice cell is filled enough to be kept, so there is no tetrahedron";
+  if (const auto p_in = find_p_in(model, progress))
+    throw Error(ErrorCode::empty_result, what, fmt::format("try p_in_voxels {}", *p_in),
+                {{"/p_in_voxels", fmt::format("try {}", *p_in), *p_in, std::nullopt}});
+  throw Error(ErrorCode::empty_result, what,
+              "try the preset thin, more cells, or a density below " +
+                  fmt::format("{:.2f}", *std::ranges::max_element(model.lattice->density)));
+}
+
+void add_warnings(Model& model, Progress& progress) {
+  const QualitySummary& quality = model.quality;
+  const Lattice& lattice = *model.lattice;
+  if (quality.coverage < enough_coverage) {
+    const std::string text =
+        fmt::format("the model covers {:.1f} % of the input's area; the rest lies more than a cell away",
+                    100.0 * quality.coverage);
+    if (const auto p_in = find_p_in(model, progress))
+      warn(model, fmt::format("{}: try p_in_voxels {}", text, *p_in), "p_in_voxels", *p_in);
+    else
+      warn(model, text + ": try the preset thin or more cells");
+  }
+  if (model.smoothed->largest_shrinkage > 0.05)
+    warn(model,
+         fmt::format("smoothing shrank a thin part by {:.0f} % before its volume was restored: use fewer "
+                     "smoothing iterations",
+                     100.0 * model.smoothed->largest_shrinkage),
+         "smoothing_iterations", std::max(0, model.options.smoothing.iterations / 2));
+  if (lattice.components > 1)
+    warn(model,
+         fmt::format("the model falls into {} parts: largest_only keeps the largest", lattice.components),
+         "largest_only", 1.0);
+  if (lattice.edge_contacts + lattice.vertex_contacts > 0 && lattice.contacts != Contacts::separate)
+    warn(model,
+         fmt::format("cells touch only along {} edges and at {} vertices and will swing like hinges: set "
+                     "contacts to fill or separate",
+                     lattice.edge_contacts, lattice.vertex_contacts));
+  const MeshReport& input = *model.input;
+  if (input.closed && std::abs(quality.volume - std::abs(input.volume)) > 0.1 * std::abs(input.volume))
+    warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: use more cells",
+                            quality.volume, std::abs(input.volume)));
+}
+
+}  // namespace isochor

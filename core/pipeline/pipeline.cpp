@@ -1,0 +1,26 @@
+#include "core/pipeline/pipeline.h"
+
+#include "core/pipeline/advice.h"
+#include "core/pipeline/stages.h"
+
+namespace isochor {
+
+struct AuthoringPipeline::Stages : PipelineStages {
+  using PipelineStages::PipelineStages;
+};
+
+AuthoringPipeline::AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup)
+    : stages_(std::make_unique<Stages>(std::move(soup))) {}
+AuthoringPipeline::~AuthoringPipeline() = default;
+AuthoringPipeline::AuthoringPipeline(AuthoringPipeline&&) noexcept = default;
+AuthoringPipeline& AuthoringPipeline::operator=(AuthoringPipeline&&) noexcept = default;
+
+std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& options, Progress& progress) {
+  check_budget(*stages_->soup(), options, memory_budget());
+  std::shared_ptr<Model> model = stages_->run(options, progress);
+  if (model->lattice->kept_count == 0) throw_empty(*model, progress);
+  add_warnings(*model, progress);
+  return model;
+}
+
+}  // namespace isochor

@@ -1,0 +1,97 @@
+#include "core/pipeline/stages.h"
+
+#include <cmath>
+
+namespace isochor {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+}  // namespace
+
+PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup) : soup_(std::move(soup)) {}
+
+template <class Noun, class Options, class Make>
+std::shared_ptr<const Noun> PipelineStages::update(std::string_view name, std::int64_t source,
+                                                   Stage<Noun, Options>& stage, const Options& options,
+                                                   Make&& make) {
+  const bool reused = stage.result && stage.source == source && stage.options == options;
+  if (!reused) {
+    stage.result.reset();  // makes room, and after a throw the stage does not look fresh
+    const auto begin = Clock::now();
+    stage.result = std::make_shared<const Noun>(make());
+    stage.options = options;
+    stage.source = source;
+    stage.serial = ++last_serial_;
+    stage.ms = ms_since(begin);
+  }
+  reports_.push_back({name, stage.ms, reused});
+  return stage.result;
+}
+
+// Thresholds given as probabilities mean distances only once the field is known, and those ask for padding.
+void PipelineStages::update_field(const MeshingOptions& options, Progress& progress) {
+  DistanceFieldOptions wanted{options.voxels, required_padding(options.pseudo_volume)};
+  const bool as_probability = options.pseudo_volume.p_in || options.pseudo_volume.p_subs;
+  if (as_probability && pseudo_volume_.result && pseudo_volume_.source == field_.serial &&
+      pseudo_volume_.options == options.pseudo_volume)
+    wanted.padding = field_.options.padding;
+  for (;;) {
+    reports_.clear();
+    update("distance_field", 0, field_, wanted,
+           [&] { return make_distance_field(*soup_, wanted, progress); });
+    if (!as_probability) return;
+    const Thresholds thresholds = resolve_thresholds(*field_.result, options.pseudo_volume);
+    if (thresholds.p_subs_voxels + 2.0 <= wanted.padding) return;
+    wanted.padding = required_padding(thresholds);
+  }
+}
+
+const TriangleTree& PipelineStages::soup_tree() {
+  if (!soup_tree_) soup_tree_.emplace(soup_->positions, soup_->triangles);
+  return *soup_tree_;
+}
+
+void PipelineStages::measure(Model& model, Progress& progress) {
+  if (quality_source_ != embedding_.serial) {
+    const auto begin = Clock::now();
+    quality_ = summarize_quality(model.mesh(), *soup_, soup_tree(), *model.embedding, progress);
+    quality_ms_ = ms_since(begin);
+    quality_source_ = embedding_.serial;
+  }
+  model.quality = quality_;
+  model.quality_ms = quality_ms_;
+}
+
+std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progress& progress) {
+  auto model = std::make_shared<Model>();
+  model->options = options;
+  model->soup = soup_;
+  if (!input_) input_ = std::make_shared<const MeshReport>(inspect(*soup_));
+  model->input = input_;
+  update_field(options, progress);
+  model->field = field_.result;
+  model->pseudo_volume = update("pseudo_volume", field_.serial, pseudo_volume_, options.pseudo_volume, [&] {
+    return make_pseudo_volume(*field_.result, options.pseudo_volume, progress);
+  });
+  model->lattice = update("lattice", pseudo_volume_.serial, lattice_, options.lattice, [&] {
+    return make_lattice(*pseudo_volume_.result, bounding_box(*soup_), options.lattice, progress);
+  });
+  if (model->lattice->kept_count > 0) {
+    model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},
+                               [&] { return make_tetrahedra(*lattice_.result); });
+    model->smoothed = update("smoothing", unsmoothed_.serial, smoothed_, options.smoothing,
+                             [&] { return smooth(*unsmoothed_.result, options.smoothing, progress); });
+    model->embedding = update("embedding", smoothed_.serial, embedding_, Nothing{},
+                              [&] { return make_embedding(*soup_, model->mesh(), progress); });
+    measure(*model, progress);
+  }
+  model->stages = reports_;
+  return model;
+}
+
+}  // namespace isochor

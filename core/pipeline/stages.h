@@ -1,0 +1,56 @@
+#pragma once
+#include <chrono>
+#include <optional>
+
+#include "core/pipeline/pipeline.h"
+
+namespace isochor {
+
+/// One stage's last result, what it was made from and its time.
+template <class Noun, class Options>
+struct Stage {
+  std::shared_ptr<const Noun> result;
+  Options options{};
+  std::int64_t serial = 0;  ///< of the result, never used twice
+  std::int64_t source = 0;  ///< serial of the stage before
+  double ms = 0.0;
+};
+
+/// The stages of one soup. `update` is the whole of the caching: a stage is made anew when its source or its
+/// options differ from those of its last result.
+class PipelineStages {
+ public:
+  explicit PipelineStages(std::shared_ptr<const TriangleSoup> soup);
+
+  /// Everything but warnings; the model ends at the lattice when that is empty.
+  std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress);
+  const std::shared_ptr<const TriangleSoup>& soup() const { return soup_; }
+
+ private:
+  template <class Noun, class Options, class Make>
+  std::shared_ptr<const Noun> update(std::string_view name, std::int64_t source, Stage<Noun, Options>& stage,
+                                     const Options& options, Make&& make);
+  void update_field(const MeshingOptions& options, Progress& progress);
+  void measure(Model& model, Progress& progress);
+  const TriangleTree& soup_tree();
+
+  struct Nothing {
+    bool operator==(const Nothing&) const = default;
+  };
+  std::shared_ptr<const TriangleSoup> soup_;
+  std::shared_ptr<const MeshReport> input_;
+  std::optional<TriangleTree> soup_tree_;
+  Stage<DistanceField, DistanceFieldOptions> field_;
+  Stage<PseudoVolume, PseudoVolumeOptions> pseudo_volume_;
+  Stage<Lattice, LatticeOptions> lattice_;
+  Stage<TetMesh, Nothing> unsmoothed_;
+  Stage<Smoothed, SmoothingOptions> smoothed_;
+  Stage<Embedding, Nothing> embedding_;
+  QualitySummary quality_;
+  double quality_ms_ = 0.0;
+  std::int64_t quality_source_ = 0;  ///< serial of the embedding that was measured
+  std::int64_t last_serial_ = 0;
+  std::vector<StageReport> reports_;
+};
+
+}  // namespace isochor
