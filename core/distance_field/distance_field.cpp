@@ -4,140 +4,135 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <new>
 
 #include "core/common/error.h"
-#include "core/distance_field/closest_point.h"
+#include "core/distance_field/block_kernel.h"
+#include "core/distance_field/features.h"
+#include "core/distance_field/fill.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
 namespace {
 
-/// Coordinates in voxels, the grid's corner at the origin.
-struct FlatTriangle {
-  Vec3 a, b, c;
-  double radius2 = 0.0;  ///< of the smallest enclosing circle, or more
-};
-
-struct Block {
-  Vec3 center;
-  double half;  ///< of its edge, between the outermost voxel centres
-};
-
-/// Least value over a triangle of F(q) = |q−c|² − |p−c|² − 2Σh|qᵢ−pᵢ|, or less. F(q) > 0 says that p is
-/// closer than q to every point of the block; the concave part is least at a vertex, the convex one sinks by
-/// at most radius² below the vertices.
-double least_dominance(const FlatTriangle& triangle, const Vec3& p, const Block& block) {
-  double least = 1e300;
-  for (const Vec3* q : {&triangle.a, &triangle.b, &triangle.c})
-    least = std::min(least, (*q - block.center).squaredNorm() - 2.0 * block.half * (*q - p).lpNorm<1>());
-  return least - (p - block.center).squaredNorm() - triangle.radius2;
+BlockTask::Clusters view(const Features::Clusters& c) {
+  return {c.first_vertex.data(),
+          c.first_edge.data(),
+          c.first_face.data(),
+          {c.min[0].data(), c.min[1].data(), c.min[2].data()},
+          {c.max[0].data(), c.max[1].data(), c.max[2].data()},
+          c.count};
 }
 
-class FieldBuilder {
+template <class T>
+void view(const Features::Vectors<T>& arrays, const T* (&pointers)[3]) {
+  for (int axis = 0; axis < 3; ++axis) pointers[axis] = arrays[axis].data();
+}
+
+template <class Offset, std::size_t n>
+void view(const std::array<Features::Vectors<float>, n>& directions,
+          const std::array<std::vector<Offset>, n>& offsets, const float* (&direction)[n][3],
+          const Offset* (&offset)[n]) {
+  for (std::size_t i = 0; i < n; ++i) {
+    view(directions[i], direction[i]);
+    offset[i] = offsets[i].data();
+  }
+}
+
+BlockTask make_task(const Features& features, DistanceField& field, const Progress& progress) {
+  BlockTask task{};
+  view(features.vertices.position, task.vertices.position);
+  view(features.vertices.away, features.vertices.offset, task.vertices.away, task.vertices.offset);
+  view(features.edges.start, task.edges.start);
+  view(features.edges.direction, task.edges.direction);
+  task.edges.length = features.edges.length.data();
+  view(features.edges.away, features.edges.offset, task.edges.away, task.edges.offset);
+  view(features.faces.normal, task.faces.normal);
+  task.faces.plane = features.faces.plane.data();
+  view(features.faces.inward, features.faces.offset, task.faces.inward, task.faces.offset);
+  task.clusters = view(features.clusters);
+  for (int axis = 0; axis < 3; ++axis) task.size[axis] = field.grid.size[axis];
+  task.spacing = field.grid.spacing;
+  task.distance = field.distance.data();
+  task.owner = &progress;
+  task.cancelled = [](const void* owner) { return static_cast<const Progress*>(owner)->cancelled(); };
+  return task;
+}
+
+/// Memory aligned to a vector.
+class Scratch {
  public:
-  FieldBuilder(const TriangleSoup& soup, DistanceField& field) : field_(field) {
-    for (const Triangle& t : soup.triangles) {
-      FlatTriangle flat{local(soup.positions[t[0]]), local(soup.positions[t[1]]),
-                        local(soup.positions[t[2]])};
-      const Vec3 middle = (flat.a + flat.b + flat.c) / 3.0;
-      flat.radius2 = std::max({(flat.a - middle).squaredNorm(), (flat.b - middle).squaredNorm(),
-                               (flat.c - middle).squaredNorm()});
-      triangles_.push_back(flat);
-    }
-  }
-
-  void fill(const Vec3i& corner, int edge, const std::vector<std::int32_t>& candidates) {
-    const Vec3i end = (corner.array() + edge).min(field_.grid.size.array());
-    if ((corner.array() >= end.array()).any()) return;
-    const Block block{(0.5 * (corner + end).cast<double>()), 0.5 * edge - 0.5};
-    std::vector<std::pair<double, std::int32_t>> kept = cull(candidates, block);
-    if (edge == leaf_edge) return evaluate(corner, end, block, kept);
-    std::vector<std::int32_t> indices;
-    for (const auto& [distance, index] : kept) indices.push_back(index);
-    for (int child = 0; child < 8; ++child)
-      fill(corner + edge / 2 * Vec3i(child & 1, child >> 1 & 1, child >> 2 & 1), edge / 2, indices);
-  }
-
-  std::int32_t triangle_count() const { return static_cast<std::int32_t>(triangles_.size()); }
+  explicit Scratch(std::int64_t bytes)
+      : memory_(::operator new (static_cast<std::size_t>(bytes), std::align_val_t{64})) {}
+  ~Scratch() { ::operator delete (memory_, std::align_val_t{64}); }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  void* get() const { return memory_; }
 
  private:
-  static constexpr int leaf_edge = 4;
-
-  Vec3 local(const Vec3& p) const { return (p - field_.grid.origin) / field_.grid.spacing; }
-
-  Vec3 closest(const Vec3& x, std::int32_t index) const {
-    const FlatTriangle& t = triangles_[index];
-    return closest_point_on_triangle(x, t.a, t.b, t.c);
-  }
-
-  std::vector<std::pair<double, std::int32_t>> cull(const std::vector<std::int32_t>& candidates,
-                                                    const Block& block) const {
-    std::vector<std::pair<double, std::int32_t>> kept;
-    Vec3 nearest = Vec3::Constant(1e150);
-    for (std::int32_t index : candidates) {
-      const Vec3 point = closest(block.center, index);
-      const double distance = (point - block.center).norm();
-      if (kept.empty() || distance < (nearest - block.center).norm()) nearest = point;
-      kept.emplace_back(distance, index);
-    }
-    std::erase_if(kept, [&](const auto& candidate) {
-      return least_dominance(triangles_[candidate.second], nearest, block) > 1e-6;
-    });
-    return kept;
-  }
-
-  void evaluate(const Vec3i& begin, const Vec3i& end, const Block& block,
-                std::vector<std::pair<double, std::int32_t>>& kept) {
-    std::sort(kept.begin(), kept.end());
-    for (int k = begin.z(); k < end.z(); ++k)
-      for (int j = begin.y(); j < end.y(); ++j)
-        for (int i = begin.x(); i < end.x(); ++i) {
-          const Vec3 x(i + 0.5, j + 0.5, k + 0.5);
-          const double reach = (x - block.center).norm();
-          double least = 1e300;
-          for (const auto& [distance, index] : kept) {
-            if (distance - reach > least) break;
-            least = std::min(least, (closest(x, index) - x).norm());
-          }
-          field_.distance[field_.grid.index(i, j, k)] = static_cast<float>(least * field_.grid.spacing);
-        }
-  }
-
-  DistanceField& field_;
-  std::vector<FlatTriangle> triangles_;
+  void* memory_;
 };
 
-constexpr std::int64_t most_bytes = std::int64_t{2} << 30;
+/// The roots [begin, end) of the grid's cubes, in the order x, y, z. Returns the largest distance.
+float fill_roots(const BlockKernel& kernel, BlockTask task, std::int64_t begin, std::int64_t end) {
+  const Scratch scratch(kernel.scratch_bytes(task.clusters.count));
+  task.scratch = scratch.get();
+  constexpr int edge = BlockKernel::root_edge;
+  const std::int64_t nx = (task.size[0] + edge - 1) / edge, ny = (task.size[1] + edge - 1) / edge;
+  float largest = 0.0F;
+  for (std::int64_t root = begin; root < end; ++root) {
+    const int corner[3] = {static_cast<int>(root % nx) * edge, static_cast<int>(root / nx % ny) * edge,
+                           static_cast<int>(root / nx / ny) * edge};
+    if (!kernel.fill(task, corner, largest)) throw Error(ErrorCode::cancelled, "cancelled");
+  }
+  return largest;
+}
 
-void check_budget(const Grid& grid, const DistanceFieldOptions& options) {
-  const std::int64_t bytes = grid.count() * static_cast<std::int64_t>(sizeof(float));
-  if (bytes <= most_bytes) return;
-  const double scale = std::cbrt(static_cast<double>(most_bytes) / static_cast<double>(bytes));
-  throw Error(ErrorCode::over_budget, fmt::format("the distance field would take {} MB", bytes >> 20),
-              fmt::format("voxels up to {} fit", static_cast<int>(scale * options.voxels)));
+void check_budget(const TriangleSoup& soup, const Grid& grid, const DistanceFieldOptions& options) {
+  const auto triangles = static_cast<std::int64_t>(soup.triangles.size());
+  const std::int64_t fixed = features_bytes(triangles);
+  const std::int64_t bytes = grid.count() * static_cast<std::int64_t>(sizeof(float)) + fixed;
+  if (bytes <= options.max_bytes) return;
+  const double left = std::max(0.0, static_cast<double>(options.max_bytes - fixed));
+  const int fits = static_cast<int>(options.voxels * std::cbrt(left / static_cast<double>(bytes - fixed)));
+  throw Error(
+      ErrorCode::over_budget,
+      fmt::format("the distance field would take {} MB, more than the limit of {} MB", bytes >> 20,
+                  options.max_bytes >> 20),
+      fits >= 16 ? fmt::format("voxels up to {} fit", fits) : "the mesh alone is too large: simplify it");
 }
 
 }  // namespace
+
+void fill_distances(const TriangleSoup& soup, const BlockKernel& kernel, DistanceField& field,
+                    Progress& progress) {
+  const Features features = make_features(soup, field.grid);
+  progress.throw_if_cancelled();
+  const BlockTask task = make_task(features, field, progress);
+  const Vec3i roots = (field.grid.size.array() + BlockKernel::root_edge - 1) / BlockKernel::root_edge;
+  const std::int64_t count = std::int64_t{roots.x()} * roots.y() * roots.z();
+  // Portions of a few milliseconds, so that progress can be told from this thread.
+  constexpr std::int64_t portion = 32;
+  std::vector<float> largest(static_cast<std::size_t>(count), 0.0F);
+  for (std::int64_t first = 0; first < count; first += portion) {
+    progress.report("distance_field", static_cast<double>(first) / static_cast<double>(count));
+    parallel_for(std::min(portion, count - first), 4, [&](std::int64_t begin, std::int64_t end) {
+      largest[first + begin] = fill_roots(kernel, task, first + begin, first + end);
+    });
+  }
+  field.max_distance = *std::max_element(largest.begin(), largest.end());
+  progress.report("distance_field", 1.0);
+}
 
 DistanceField make_distance_field(const TriangleSoup& soup, const DistanceFieldOptions& options,
                                   Progress& progress) {
   DistanceField field;
   field.grid = distance_grid(soup, options);
-  check_budget(field.grid, options);
+  check_budget(soup, field.grid, options);
+  progress.throw_if_cancelled();
   field.distance.resize(field.grid.count());
-  FieldBuilder builder(soup, field);
-  std::vector<std::int32_t> all(builder.triangle_count());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int32_t>(i);
-  constexpr int edge = 32;
-  const Vec3i blocks = (field.grid.size.array() + edge - 1) / edge;
-  parallel_for(blocks.prod(), 1, [&](std::int64_t begin, std::int64_t) {
-    progress.throw_if_cancelled();
-    const auto b = static_cast<int>(begin);
-    builder.fill(edge * Vec3i(b % blocks.x(), b / blocks.x() % blocks.y(), b / blocks.x() / blocks.y()), edge,
-                 all);
-  });
-  field.max_distance = *std::max_element(field.distance.begin(), field.distance.end());
-  progress.report("distance_field", 1.0);
+  fill_distances(soup, block_kernels().front(), field, progress);
   return field;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "core/common/progress.h"
@@ -9,6 +10,8 @@ namespace isochor {
 struct DistanceFieldOptions {
   int voxels = 128;  ///< along the box's longest edge, 16 to 512
   int padding = 4;   ///< voxels added on each side; see pseudo_volume's required_padding
+  std::int64_t max_bytes = std::int64_t{4}
+                           << 30;  ///< refused above: the distances and what they are made from
   bool operator==(const DistanceFieldOptions&) const = default;
 };
 
