@@ -41,7 +41,7 @@ function scene_fields(store) {
     log(body('edge_stiffness'), 'Edge stiffness', 'N/m', 1, 1e9, 'Of each spring along a cell edge; more keeps the shape, and needs smaller substeps.'),
     log(body('diagonal_stiffness'), 'Diagonal stiffness', 'N/m', 1, 1e9, 'Of each spring across a cell; more resists shear.'),
     linear(body('damping'), 'Damping', 's', 0, 0.1, 0.001, 'Seconds: the force against a spring’s rate of change is stiffness times this.'),
-    log(body('density'), 'Density', 'kg/m³', 1, 1e5, 'Mass of a cubic metre; water has 1000.'),
+    log(body('density'), 'Mass density', 'kg/m³', 1, 1e5, 'Mass of a cubic metre; water has 1000.'),
     linear(body('friction'), 'Friction', '', 0, 1.5, 0.05, 'Coulomb coefficient against what the body touches.'),
     linear(body('restitution'), 'Restitution', '', 0, 1, 0.05, 'Share of the approach speed that a bounce gives back.'),
     linear('scene.gravity.1', 'Gravity', 'm/s²', -30, 30, 0.01, 'Acceleration along the vertical; negative pulls down.'),

@@ -42,5 +42,5 @@ export function transport(app) {
   simulation.addEventListener('state', show_state);
   show_state();
   show_place();
-  return h('section', {class: 'transport', 'aria-label': 'Simulation'}, restart, back, play, forward, record, speed, scrub, time);
+  return h('section', {class: 'transport', 'aria-label': 'Transport'}, restart, back, play, forward, record, speed, scrub, time);
 }

@@ -74,6 +74,6 @@ export function camera_bar(app) {
   return h('div', {class: 'camera-bar'}, h('div', {class: 'card', role: 'group', 'aria-label': 'Camera'},
     button('', () => viewport.fit(), {name: 'fit', label: 'Fit (F)'}),
     h('div', {class: 'group'}, ['Front', 'Right', 'Top'].map(title => button(title, () => app.look_along(title.toLowerCase())))),
-    toggle_button(store, 'view.orthographic', 'Ortho', {label: 'Orthographic (O)'}),
+    toggle_button(store, 'view.orthographic', 'Ortho', {label: 'Ortho: no perspective (O)'}),
     button('', app.save_screenshot, {name: 'camera', label: 'Save a picture of the view'})));
 }

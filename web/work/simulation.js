@@ -36,6 +36,8 @@ export class Simulation extends EventTarget {
       if (generation !== this.generation) return;
       await this.set_bodies(topology.bodies);
       this.follow();
+      await this.first_frame();
+      if (generation !== this.generation) return;
       this.set_state(info.state);
       if (this.speed !== 1) await this.patch({speed: this.speed});
     } catch (error) {
@@ -55,6 +57,17 @@ export class Simulation extends EventTarget {
     this.buffer.clear();
     this.shown = null;
     this.tell('bodies');
+  }
+
+  /// Frame 0, before anything is asked of the simulation: later ones would overtake it.
+  first_frame() {
+    return new Promise(resolve => {
+      const done = () => {
+        for (const name of ['frame', 'bodies', 'problem']) this.removeEventListener(name, done);
+        resolve();
+      };
+      for (const name of ['frame', 'bodies', 'problem']) this.addEventListener(name, done);
+    });
   }
 
   follow() {

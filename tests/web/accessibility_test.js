@@ -1,0 +1,86 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
+import {fileURLToPath} from 'node:url';
+import {browser_tests, no_complaints, status} from './support/browser.js';
+
+const suite = browser_tests();
+const axe = await readFile(fileURLToPath(import.meta.resolve('axe-core/axe.min.js')), 'utf8');
+
+async function violations(page) {
+  await page.evaluate(axe);
+  const {violations: found} = await page.evaluate(() => globalThis.axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice']}));
+  return found.map(({id, nodes}) => `${id}: ${nodes.map(node => node.target.join(' ')).slice(0, 3).join(', ')}`);
+}
+
+for (const scheme of ['dark', 'light']) {
+  test(`axe finds nothing in the ${scheme} page, its dialogs and its simulation`, async () => {
+    const page = await suite.open({colorScheme: scheme});
+    assert.deepEqual(await violations(page), []);
+    await page.keyboard.press('?');
+    assert.deepEqual(await violations(page), []);
+    await page.keyboard.press('Escape');
+    await page.keyboard.press('e');
+    await page.getByRole('dialog').waitFor();
+    assert.deepEqual(await violations(page), []);
+    await page.keyboard.press('Escape');
+    await page.keyboard.press('.');
+    await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+    assert.deepEqual(await violations(page), []);
+    no_complaints(page);
+    await page.context().close();
+  });
+}
+
+for (const [width, height] of [[320, 640], [768, 1024], [3840, 2160]]) {
+  test(`at ${width} × ${height} nothing is cut off sideways and axe finds nothing`, async () => {
+    const page = await suite.open({width, height});
+    const overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    assert.equal(overflow, 0);
+    assert.deepEqual(await violations(page), []);
+    const play = page.getByRole('button', {name: 'Play (Space)'});
+    await play.scrollIntoViewIfNeeded();
+    assert.ok(await play.isVisible());
+    await page.context().close();
+  });
+}
+
+test('the page can be driven by keys alone', async () => {
+  const page = await suite.open();
+  await page.keyboard.press('?');
+  await page.getByRole('dialog', {name: 'Shortcuts and help'}).waitFor();
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('2');
+  assert.equal(await page.getByRole('button', {name: 'Voxels', exact: true}).getAttribute('aria-pressed'), 'true');
+  await page.keyboard.press('y');
+  assert.equal(await page.getByLabel('Clip axis').inputValue(), 'y');
+  await page.keyboard.press('p');
+  await status(page).filter({hasText: /^(Cell|Voxel|Triangle)/}).waitFor();
+  await page.keyboard.press(' ');
+  await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
+  await page.keyboard.press(' ');
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  await page.getByRole('slider', {name: 'Cells', exact: true}).focus();
+  await page.keyboard.press('ArrowLeft');
+  assert.equal(await page.getByLabel('Cells, exact value').inputValue(), '23');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('every control is reached by Tab and shows its focus', async () => {
+  const page = await suite.open();
+  const unreachable = await page.evaluate(() => [...document.querySelectorAll('button, input, select, summary, canvas')]
+    .filter(element => element.tabIndex < 0 && !element.disabled && element.checkVisibility()).map(element => element.outerHTML.slice(0, 80)));
+  assert.deepEqual(unreachable, []);
+  await page.keyboard.press('Tab');
+  const outline = await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle);
+  assert.equal(outline, 'solid');
+  await page.context().close();
+});
+
+test('reduced motion stops every animation', async () => {
+  const page = await suite.open({reducedMotion: 'reduce'});
+  const moving = await page.evaluate(() => document.getAnimations().length);
+  assert.equal(moving, 0);
+  await page.context().close();
+});

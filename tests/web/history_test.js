@@ -1,0 +1,94 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
+import {browser_tests, eventually, no_complaints, status, tets} from './support/browser.js';
+
+const suite = browser_tests();
+
+const cells = page => page.getByLabel('Cells, exact value');
+const type = async (field, value) => {
+  await field.fill(String(value));
+  await field.press('Enter');
+};
+
+test('each change is one step back and one step forward', async () => {
+  const page = await suite.open();
+  const before = await tets(page);
+  await type(cells(page), 12);
+  const coarse = await eventually(() => tets(page), n => n !== before, 'fewer cells, fewer tets');
+  assert.ok(coarse < before);
+  await page.getByRole('button', {name: 'Voxels', exact: true}).click();
+  await page.keyboard.press('Control+z');
+  assert.equal(await page.getByRole('button', {name: 'Voxels', exact: true}).getAttribute('aria-pressed'), 'false');
+  await page.keyboard.press('Control+z');
+  await eventually(() => tets(page), n => n === before, 'undone');
+  assert.equal(await cells(page).inputValue(), '24');
+  await page.keyboard.press('Control+Shift+z');
+  await eventually(() => tets(page), n => n === coarse, 'done again');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('a whole drag of a slider is one step', async () => {
+  const page = await suite.open();
+  const slider = page.getByRole('slider', {name: 'Density', exact: true});
+  const box = await slider.boundingBox();
+  const before = await slider.inputValue();
+  await page.mouse.move(box.x + box.width * 0.2, box.y + box.height / 2);
+  await page.mouse.down();
+  for (const at of [0.3, 0.4, 0.5, 0.6]) await page.mouse.move(box.x + box.width * at, box.y + box.height / 2);
+  await page.mouse.up();
+  assert.notEqual(await slider.inputValue(), before);
+  await page.getByRole('button', {name: 'Undo'}).click();
+  assert.equal(await slider.inputValue(), before);
+  assert.ok(await page.getByRole('button', {name: 'Undo'}).isDisabled());
+  await page.context().close();
+});
+
+test('an orbit is one step, and fit shows everything again', async () => {
+  const page = await suite.open();
+  const view = page.locator('canvas.view');
+  const box = await view.boundingBox();
+  await page.mouse.move(box.x + 60, box.y + 500);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 160, box.y + 520, {steps: 5});
+  await page.mouse.up();
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await status(page).filter({hasText: 'Undone: move the camera'}).waitFor();
+  assert.ok(await page.getByRole('button', {name: 'Undo'}).isDisabled());
+  await page.context().close();
+});
+
+test('a copied link shows the same parameters, clip and camera', async () => {
+  const page = await suite.open();
+  await type(cells(page), 14);
+  await page.getByLabel('Clip axis').selectOption('x');
+  await page.locator('canvas.view').focus();
+  await page.keyboard.press('ArrowLeft');
+  const made = await eventually(() => tets(page), n => n > 0 && n < 4000, 'the coarser model');
+  await page.getByRole('button', {name: 'Share'}).click();
+  await status(page).filter({hasText: 'Link copied'}).waitFor();
+  const link = page.url();
+  assert.ok(!link.includes(await page.locator('meta[name=isochor-token]').getAttribute('content')));
+  const copy = await suite.open({hash: new URL(link).hash});
+  await eventually(() => tets(copy), n => n === made, 'the same model');
+  assert.equal(await cells(copy).inputValue(), '14');
+  assert.equal(await copy.getByLabel('Clip axis').inputValue(), 'x');
+  await eventually(() => Promise.resolve(copy.url()), url => new URL(url).hash === new URL(link).hash, 'the same camera, so the same link');
+  await page.context().close();
+  await copy.context().close();
+});
+
+test('presets set the parameters, and the settings leave as a params file', async () => {
+  const page = await suite.open();
+  await page.getByRole('button', {name: 'Presets'}).click();
+  await page.getByRole('button', {name: /^Coarse hull/}).click();
+  assert.equal(await cells(page).inputValue(), '10');
+  await page.getByRole('button', {name: 'Export', exact: true}).click();
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'Save the parameters'}).click()]);
+  const params = JSON.parse(await readFile(await file.path(), 'utf8'));
+  assert.equal(params.cells, 10);
+  assert.equal(params.largest_only, true);
+  no_complaints(page);
+  await page.context().close();
+});
