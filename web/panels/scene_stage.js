@@ -47,6 +47,7 @@ function scene_fields(store) {
     linear('scene.gravity.1', 'Gravity', 'm/s²', -30, 30, 0.01, 'Acceleration along the vertical; negative pulls down.'),
     choice_field(store, {path: 'scene.solver.volume', title: 'Volume solver', choices: volume_solvers, fallback: 'newton', meaning: 'How the volume of the cells is restored in each substep.'}),
     log('scene.solver.tolerance', 'Tolerance', '', 1e-10, 1e-1, 'Largest relative volume error of a cell that a step may leave.'),
+    choice_field(store, {path: 'scene.solver.substeps', title: 'Substeps a frame', choices: ['auto', 1, 2, 4, 8, 16, 32].map(value => ({value, title: String(value)})), fallback: 'auto', meaning: 'Steps between two frames; auto takes as many as stability asks for.'}),
     choice_field(store, {path: 'scene.solver.springs', title: 'Springs', choices: integrators, fallback: 'auto', meaning: 'How the springs are integrated; auto chooses by their stiffness and says why.'}),
   ];
 }

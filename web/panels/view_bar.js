@@ -9,27 +9,33 @@ export function view_bar(app) {
   const {store} = app;
   const layers = h('div', {class: 'card', role: 'group', 'aria-label': 'Layers'}, h('div', {class: 'group'},
     Object.entries(layer_titles).map(([name, title]) => toggle_button(store, `view.layers.${name}`, title))));
-  return h('section', {class: 'view-bar', 'aria-label': 'What is shown'}, layers, clip_card(store), look_card(store));
+  return h('section', {class: 'view-bar', 'aria-label': 'What is shown'}, layers, clip_card(app), look_card(store));
 }
 
-function clip_card(store) {
+function clip_card({store, viewport}) {
   const on = toggle_button(store, 'view.clip.on', 'Clip');
   const axis = labelled_select(store, 'view.clip.axis', 'Clip axis', {x: 'X', y: 'Y', z: 'Z', free: 'Free'});
   const position = bar_slider(store, 'view.clip.position', 'Clip position');
   const flip = toggle_button(store, 'view.clip.flip', '', {label: 'Flip the clip side', name: 'flip'});
-  const mode = labelled_select(store, 'view.clip.mode', 'Clip cells', {whole: 'whole cells', cut: 'cut'});
+  const mode = labelled_select(store, 'view.clip.mode', 'Clip cells', {whole: 'whole', cut: 'cut'});
+  const face = button('Face me', () => face_the_eye(store, viewport), {label: 'Face me: turn the clip plane to the eye'});
+  axis.addEventListener('change', () => store.get('view.clip.axis') === 'free' && face_the_eye(store, viewport));
   const parts = [axis, position, flip, mode];
-  const show = () => parts.forEach(part => part.hidden = !store.get('view.clip.on'));
-  store.on('view.clip.on', show);
+  const show = () => {
+    const {on: shown, axis: along} = store.get('view.clip');
+    for (const part of parts) part.hidden = !shown;
+    face.hidden = !shown || along !== 'free';
+  };
+  store.on('view.clip', show);
   show();
-  return h('div', {class: 'card', role: 'group', 'aria-label': 'Clip plane'}, on, parts);
+  return h('div', {class: 'card', role: 'group', 'aria-label': 'Clip plane'}, on, axis, face, position, flip, mode);
 }
 
 function look_card(store) {
   const explode = h('label', {class: 'inline'}, h('span', {}, 'Explode'), bar_slider(store, 'view.explode', 'Explode'));
   const color = labelled_select(store, 'view.color_by', 'Colour tets by', titles(tet_scales));
   const voxels = labelled_select(store, 'view.voxel_color', 'Colour voxels by', titles(voxel_scales));
-  const surface = labelled_select(store, 'view.surface_look', 'Show the surface as', {solid: 'solid surface', glass: 'glass surface'});
+  const surface = labelled_select(store, 'view.surface_look', 'Show the surface as', {solid: 'solid', glass: 'glass'});
   const sim = labelled_select(store, 'view.sim_look', 'Show the simulation as', {skin: 'skin', cells: 'cells'});
   const show = () => {
     const layers = store.get('view.layers');
@@ -43,6 +49,11 @@ function look_card(store) {
   show();
   return h('div', {class: 'card', role: 'group', 'aria-label': 'Look'}, color, voxels, surface, sim, explode,
     toggle_button(store, 'view.edges_only', 'Wireframe'));
+}
+
+function face_the_eye(store, viewport) {
+  const {position, target} = viewport.controls.camera;
+  store.set({'view.clip.normal': position.map((x, axis) => Number((x - target[axis]).toFixed(4))), 'view.clip.flip': false}, 'Clip plane');
 }
 
 const titles = scales => Object.fromEntries(Object.entries(scales).map(([name, {title}]) => [name, title]));

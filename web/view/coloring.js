@@ -1,6 +1,6 @@
 /// What tets and voxels can be coloured by: title, unit and scale.
 export const tet_scales = {
-  min_dihedral_deg: {title: 'Smallest dihedral angle', unit: '°', map: 'sequential', min: 0, max: 70.5},
+  min_dihedral_deg: {title: 'Dihedral angle', unit: '°', map: 'sequential', min: 0, max: 70.5},
   scaled_jacobian: {title: 'Scaled Jacobian', unit: '', map: 'sequential', min: 0, max: 1},
   density: {title: 'Density', unit: '', map: 'sequential', min: 0, max: 1},
   volume_error: {title: 'Volume error', unit: '', map: 'error', min: -9, max: -1, logarithmic: true},

@@ -2,6 +2,7 @@ import * as THREE from '../three.js';
 import {clip_plane} from '../view/clip_plane.js';
 import {grid_mesh} from '../view/collider_mesh.js';
 import {Highlight} from '../view/highlight.js';
+import {scene_bounds} from '../view/scene_bounds.js';
 import {SimLayer} from '../view/sim_layer.js';
 import {SurfaceLayer} from '../view/surface_layer.js';
 import {TetLayer} from '../view/tet_layer.js';
@@ -37,16 +38,24 @@ export class Looking extends EventTarget {
 
   /// The mesh stands where the scene's body starts.
   place() {
-    const body = this.store.get('scene')?.bodies.find(({mesh}) => mesh === 'current');
+    const scene = this.store.get('scene');
     const report = this.meshing.mesh?.report;
-    if (!body || !report) return;
+    if (!scene || !report) return;
+    const {viewport} = this;
+    const body = scene.bodies.find(({mesh}) => mesh === 'current');
+    const box = scene_bounds(scene);
+    if (body) box.union(this.place_model(body, report.bounds));
+    viewport.set_bounds(box.min.toArray(), box.max.toArray());
+    this.update();
+  }
+
+  place_model(body, bounds) {
     const {viewport} = this;
     viewport.model.matrix.compose(new THREE.Vector3(...body.position), new THREE.Quaternion(...body.orientation), new THREE.Vector3().setScalar(body.scale));
     viewport.model.updateMatrixWorld(true);
-    const box = new THREE.Box3(new THREE.Vector3(...report.bounds.min), new THREE.Vector3(...report.bounds.max));
-    box.applyMatrix4(viewport.model.matrix);
-    viewport.set_bounds(box.min.toArray(), box.max.toArray());
-    this.update();
+    const box = new THREE.Box3(new THREE.Vector3(...bounds.min), new THREE.Vector3(...bounds.max));
+    this.model_bounds = box.applyMatrix4(viewport.model.matrix);
+    return this.model_bounds;
   }
 
   mark_picked(hit) {
@@ -75,7 +84,7 @@ export class Looking extends EventTarget {
   update() {
     const view = this.store.get('view');
     const {layers} = view;
-    const plane = this.plane = clip_plane(view.clip, this.viewport.bounds);
+    const plane = this.plane = clip_plane(view.clip, this.model_bounds ?? this.viewport.bounds);
     const solid = layers.tets || layers.voxels;
     if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.meshing.load_voxels();
     this.surface.show(layers.surface && Boolean(this.meshing.geometry));

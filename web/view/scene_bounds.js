@@ -1,0 +1,27 @@
+import * as THREE from '../three.js';
+
+const half_size = {
+  sphere: ({radius}) => [radius, radius, radius],
+  box: ({half_extents}) => half_extents,
+  capsule: ({radius, half_height}) => [radius, radius + half_height, radius],
+};
+
+/// World box of the rigid bodies and lattices of a scene; planes have none.
+export function scene_bounds({bodies}) {
+  const box = new THREE.Box3();
+  for (const body of bodies) {
+    const position = new THREE.Vector3(...body.position ?? [0, 0, 0]);
+    const [[kind, values] = []] = Object.entries(body.shape ?? {});
+    if (half_size[kind]) {
+      const half = new THREE.Vector3(...half_size[kind](values));
+      box.union(new THREE.Box3(position.clone().sub(half), position.clone().add(half)));
+    }
+    if (body.lattice) box.union(lattice_box(body.lattice, position));
+  }
+  return box;
+}
+
+function lattice_box({cells, cell_size, origin}, position) {
+  const low = new THREE.Vector3(...origin).add(position);
+  return new THREE.Box3(low, low.clone().add(new THREE.Vector3(...cells).multiplyScalar(cell_size)));
+}
