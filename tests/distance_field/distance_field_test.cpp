@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "tests/distance_field/closest_point.h"
+#include "core/distance_field/closest_point.h"
 
 namespace isochor {
 namespace {
