@@ -132,8 +132,7 @@ void GeneralSystem::load(const ProjectionRequest& request, const Coordinates& po
   for (const BlockedParticle& blocked : blocked_) blocked_index_[blocked.particle] = -1;
   blocked_.assign(request.blocked.begin(), request.blocked.end());
   for (std::size_t i = 0; i < blocked_.size(); ++i)
-    if (model_.inverse_masses[blocked_[i].particle] > 0.0)
-      blocked_index_[blocked_[i].particle] = static_cast<std::int32_t>(i);
+    blocked_index_[blocked_[i].particle] = static_cast<std::int32_t>(i);
   blocked_forces_ = request.blocked_forces;
   std::fill(blocked_forces_.begin(), blocked_forces_.end(), Vec3::Zero());
   carriers_ = request.carriers;

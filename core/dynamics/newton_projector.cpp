@@ -102,7 +102,10 @@ class NewtonProjector final : public VolumeProjector {
     for (int i = 0; i < 3 && std::abs(errors_.total) > round_off; ++i) {
       const double t = -errors_.total / slope;
       const VolumeErrors trial = system_->evaluate(t);
-      if (!trial.finite() || std::abs(trial.total) >= std::abs(errors_.total)) return;
+      if (!trial.finite() || std::abs(trial.total) >= std::abs(errors_.total)) {
+        system_->evaluate(0.0);
+        return;
+      }
       system_->accept(t);
       if (std::abs(trial.total - errors_.total) > 0.1 * std::abs(errors_.total))
         slope = (trial.total - errors_.total) / t;
@@ -118,7 +121,10 @@ class NewtonProjector final : public VolumeProjector {
 }  // namespace newton
 
 std::unique_ptr<VolumeProjector> make_newton_projector(VolumeModel model) {
-  return std::make_unique<newton::NewtonProjector>(newton::make_general_system(std::move(model)));
+  std::unique_ptr<newton::NewtonSystem> system;
+  if (!model.per_tet) system = newton::make_lattice_system(model);
+  if (!system) system = newton::make_general_system(std::move(model));
+  return std::make_unique<newton::NewtonProjector>(std::move(system));
 }
 
 }  // namespace isochor

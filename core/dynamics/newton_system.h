@@ -26,7 +26,7 @@ class NewtonSystem {
   virtual void load(const ProjectionRequest& request, const Coordinates& positions) = 0;
   virtual void store(Coordinates& positions) const = 0;
 
-  /// Errors at x + t·d; accept makes that point the new x.
+  /// Errors at x + t·d; accept makes that point, the one evaluated last, the new x.
   virtual VolumeErrors evaluate(double t) = 0;
   virtual void accept(double t) = 0;
 
@@ -47,6 +47,8 @@ class NewtonSystem {
   virtual std::int64_t bytes() const = 0;
 };
 
+/// One constraint a cell, on the lattice; nothing when the mesh does not fit one.
+std::unique_ptr<NewtonSystem> make_lattice_system(const VolumeModel& model);
 /// Any mesh and scope, by lists of vertices, in double throughout.
 std::unique_ptr<NewtonSystem> make_general_system(VolumeModel model);
 

@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/dynamics/newton_kernels.h"
+#include "core/tetrahedra/tet_mesh.h"
+
+namespace isochor::newton {
+
+/// Where a body's cells and vertices lie in flat arrays over its bounding lattice (Strides). Rows end in one
+/// empty slot and planes in an empty row, so that every neighbour of a cell exists and is zero where there is
+/// none. Where two vertices share a lattice node (separated meshes), all but the first lie behind the
+/// lattice, and their cells are irregular: treated one by one.
+struct LatticeLayout {
+  struct VertexRun {
+    std::int32_t vertex, slot, count;
+  };
+  struct IrregularCell {
+    std::int32_t slot;
+    int parity;
+    std::array<std::int32_t, 8> corners;  ///< slots
+  };
+  /// A corner of an irregular cell that lies behind the lattice.
+  struct Incidence {
+    std::int32_t cell, corner;  ///< cell: index into irregular_cells
+  };
+  /// Some whole planes of the lattice: the unit of parallel work, large enough to be worth a thread's time.
+  struct Slab {
+    std::vector<Run> cells, nodes;  ///< chunks with a cell, with a vertex
+  };
+
+  std::array<int, 3> size;  ///< cells an axis
+  Strides strides;
+  std::int64_t origin;  ///< slot of the first cell
+  std::int64_t slots;
+  std::vector<std::int32_t> cell_slots, vertex_slots;
+  std::vector<VertexRun> vertex_runs;
+  std::vector<IrregularCell> irregular_cells;
+  std::vector<std::vector<Incidence>> extra_vertices;  ///< a vertex behind the lattice, in slot order
+  std::int64_t first_extra;                            ///< slot of the first of these
+  std::vector<Slab> slabs;
+
+  std::int64_t corner_offset(int corner) const {
+    return (corner & 1) + (corner >> 1 & 1) * strides.row + (corner >> 2 & 1) * strides.plane;
+  }
+};
+
+inline Runs as_runs(const std::vector<Run>& runs) {
+  return {runs.data(), static_cast<std::int64_t>(runs.size())};
+}
+
+/// Nothing when a corner of a cell is not where the lattice has it.
+std::optional<LatticeLayout> make_lattice_layout(const TetMesh& mesh);
+
+}  // namespace isochor::newton
