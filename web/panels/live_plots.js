@@ -1,5 +1,5 @@
 import uPlot from '../uplot.js';
-import {h} from '../ui/dom.js';
+import {h, once_a_frame} from '../ui/dom.js';
 import {number} from '../ui/format.js';
 
 const span = 600;  // frames kept in view
@@ -28,14 +28,13 @@ export function live_plots({simulation, events}) {
     if (data.length > span) data.shift();
     if (pending) return;
     pending = true;
-    setTimeout(() => (pending = false, draw()), 100);
+    setTimeout(() => (pending = false, draw()), 200);
   });
   const draw = () => {
     charts ??= plots.map(plot => make_chart(root, plot));
     charts.forEach((chart, k) => chart.setData([data.map(({t}) => t), ...plots[k].series.map(([, read]) => data.map(({metrics}) => read(metrics)))]));
-    show_facts(facts, simulation.shown?.metrics);
   };
-  simulation.addEventListener('frame', () => show_facts(facts, simulation.shown?.metrics));
+  simulation.addEventListener('frame', once_a_frame(() => show_facts(facts, simulation.shown?.metrics)));
   events.addEventListener('theme', () => {
     charts?.forEach(chart => (chart.root.parentNode.remove(), chart.destroy()));
     charts = null;

@@ -30,7 +30,7 @@ export class Looking extends EventTarget {
     meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update()));
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
     simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.update()));
-    simulation.addEventListener('frame', () => this.show_frame());
+    simulation.addEventListener('frame', once_a_frame(() => this.show_frame()));
     store.on(['view.layers', 'view.clip', 'view.explode', 'view.edges_only', 'view.color_by', 'view.voxel_color',
       'view.select', 'view.sim_look'], soon);
     store.on('scene', () => this.place());

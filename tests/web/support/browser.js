@@ -9,12 +9,14 @@ const flags = ['--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', 
 // SwiftShader behind a software compositor reads pixels back and says so; a person's browser does not.
 const of_this_driver = text => text.includes('GPU stall due to ReadPixels');
 
-/// A server and a browser for the tests of one file; open(options) gives a page on it.
-export function browser_tests() {
+/// A server and a browser for the tests of one file; open(options) gives a page on it. prepare(tests) runs before the
+/// first test.
+export function browser_tests(prepare = () => {}) {
   const tests = {};
   before(async () => {
     tests.server = await start_server();
     tests.browser = await chromium.launch({executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: flags});
+    await prepare(tests);
   });
   after(async () => {
     await tests.browser?.close();

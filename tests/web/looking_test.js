@@ -1,0 +1,110 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {browser_tests, eventually, fact, no_complaints, status} from './support/browser.js';
+import {look} from './support/pixels.js';
+
+let page;
+browser_tests(async suite => page = await suite.open());
+
+const press = name => page.getByRole('button', {name, exact: true}).click();
+const seen = (passes, what) => eventually(() => look(page), passes, what);
+
+test('each layer comes and goes', async () => {
+  await press('Surface');
+  await seen(s => s.sand < 500 && s.tets > 3000, 'tets alone');
+  await press('Tets');
+  await press('Voxels');
+  await page.getByLabel('Colour voxels by').selectOption('votes');
+  await seen(s => s.tets > 3000, 'voxels coloured by votes');
+  await page.getByLabel('Colour voxels by').selectOption('probability');
+  await press('Voxels');
+  await seen(s => s.tets < 500 && s.sand < 500, 'nothing');
+  await press('Surface');
+  await press('Tets');
+});
+
+test('the clip plane moves along any axis, keeps whole cells or cuts them', async () => {
+  for (const axis of ['x', 'y', 'free', 'z']) {
+    await page.getByLabel('Clip axis').selectOption(axis);
+    await page.getByLabel('Clip position').fill('0.9');
+    const most = await seen(s => s.tets > 2000, `most cells along ${axis}`);
+    await page.getByLabel('Clip position').fill('0.1');
+    await seen(s => s.tets < 0.7 * most.tets, `few cells along ${axis}`);
+  }
+  await page.getByLabel('Clip position').fill('0.55');
+  const whole = await look(page);
+  await page.getByLabel('Clip cells').selectOption('cut');
+  await seen(s => s.sum !== whole.sum && s.tets > 2000, 'cut cells');
+  await page.getByLabel('Clip cells').selectOption('whole');
+});
+
+test('cells explode, wireframe shows edges, colours change', async () => {
+  const still = await look(page);
+  await page.getByLabel('Explode').fill('0.4');
+  await seen(s => s.sum !== still.sum && s.tets > 2000, 'exploded');
+  await page.getByLabel('Explode').fill('0');
+  await press('Wireframe');
+  await seen(s => s.tets < 0.8 * still.tets, 'only edges');
+  await press('Wireframe');
+  for (const name of ['scaled_jacobian', 'density', 'min_dihedral_deg']) {
+    const before_change = await look(page);
+    await page.getByLabel('Colour tets by').selectOption(name);
+    await seen(s => s.sum !== before_change.sum && s.tets > 2000, name);
+  }
+});
+
+test('a range of the histogram isolates cells', async () => {
+  const all = await look(page);
+  const plot = page.getByRole('img', {name: 'Histogram'});
+  const box = await plot.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.05, box.y + 30);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.3, box.y + 30, {steps: 4});
+  await page.mouse.up();
+  await seen(s => s.tets < 0.9 * all.tets, 'fewer cells');
+  await page.getByRole('button', {name: 'Show all'}).click();
+  await seen(s => s.tets > 0.95 * all.tets, 'all cells');
+});
+
+test('a picked cell shows its values, and P along the ray with both thresholds', async () => {
+  const view = await page.locator('canvas.view').boundingBox();
+  await page.mouse.click(view.x + view.width / 2 + 60, view.y + view.height / 2 - 60);
+  await status(page).filter({hasText: /^(Cell|Triangle)/}).waitFor();
+  await page.getByRole('img', {name: /^P along the ray/}).waitFor();
+  const description = await page.getByRole('img', {name: /^P along the ray/}).getAttribute('aria-label');
+  assert.match(description, /P_in .*P_subs/);
+  await press('Surface');
+  await page.mouse.click(view.x + view.width / 2 + 60, view.y + view.height / 2 - 60);
+  await status(page).filter({hasText: /^Cell \d+, tet \d+: smallest dihedral angle/}).waitFor();
+  assert.ok(await fact(page, 'Dihedral angle') >= 20);
+  await press('Surface');
+});
+
+test('orbit, pan, zoom, axis views, orthographic and fit move the view', async () => {
+  const view = await page.locator('canvas.view').boundingBox();
+  const middle = [view.x + view.width / 2, view.y + view.height - 120];
+  const changes = async (what, act) => {
+    const before_change = await look(page);
+    await act();
+    await seen(s => s.sum !== before_change.sum, what);
+  };
+  const drag = async (button, dx, dy) => {
+    await page.mouse.move(...middle);
+    await page.mouse.down({button});
+    await page.mouse.move(middle[0] + dx, middle[1] + dy, {steps: 3});
+    await page.mouse.up({button});
+  };
+  await changes('orbit', () => drag('left', 80, 30));
+  await changes('pan', () => drag('right', 60, 20));
+  await changes('zoom', () => page.mouse.wheel(0, -300));
+  for (const name of ['Front', 'Right', 'Top']) await changes(name, () => press(name));
+  await changes('orthographic', () => page.keyboard.press('o'));
+  await changes('perspective', () => page.keyboard.press('o'));
+  await changes('front again', () => press('Front'));
+});
+
+test('the view is saved as a picture', async () => {
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'Save a picture of the view'}).click()]);
+  assert.match(file.suggestedFilename(), /\.png$/);
+  no_complaints(page);
+});

@@ -1,0 +1,73 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {browser_tests, eventually, fact, no_complaints, status, tets_ready} from './support/browser.js';
+
+const suite = browser_tests();
+
+const cube = `${[...Array(8).keys()].map(i => `v ${i & 1} ${i >> 1 & 1} ${i >> 2 & 1}`).join('\n')}
+f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n`;
+const open_cube = cube.replace('f 2 4 8 6\n', '');
+
+async function drop(page, name, text) {
+  const transfer = await page.evaluateHandle(([file, content]) => {
+    const made = new DataTransfer();
+    made.items.add(new File([content], file));
+    return made;
+  }, [name, text]);
+  await page.dispatchEvent('body', 'dragenter', {dataTransfer: transfer});
+  assert.ok(await page.getByText('Drop a mesh, a recording or a scene').isVisible());
+  await page.dispatchEvent('body', 'drop', {dataTransfer: transfer});
+}
+
+const choose = (page, name, text) => page.locator('input[type=file]').setInputFiles({name, mimeType: 'text/plain', buffer: Buffer.from(text)});
+
+test('a dropped mesh becomes a model, and its report counts what is wrong', async () => {
+  const page = await suite.open();
+  await drop(page, 'open cube.obj', open_cube);
+  await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the report of the cube');
+  await tets_ready(page);
+  await page.getByRole('button', {name: /open edges: fly to the next/}).click();
+  await status(page).filter({hasText: /open edges: 1 of/}).waitFor();
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('units, up axis and fit place the body in the world', async () => {
+  const page = await suite.open();
+  await choose(page, 'cube.obj', cube);
+  await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the cube');
+  await page.getByLabel('Fit to one metre', {exact: true}).uncheck();
+  await page.getByLabel('File unit').selectOption('0.01');
+  await page.getByLabel('Up axis of the file').selectOption('z');
+  await page.getByRole('button', {name: 'Export', exact: true}).click();
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'Save the scene'}).click()]);
+  const scene = JSON.parse(await (await import('node:fs/promises')).readFile(await file.path(), 'utf8'));
+  assert.equal(scene.bodies[0].scale, 0.01);
+  assert.deepEqual(scene.bodies[0].orientation.map(x => Number(x.toFixed(4))), [-0.7071, 0, 0, 0.7071]);
+  await page.context().close();
+});
+
+test('a damaged file says what, where and what next, and the last model stays', async () => {
+  const page = await suite.open();
+  await choose(page, 'broken.obj', 'v 0 0 0\nf 1 2 9\n');
+  const card = page.locator('.problem-card');
+  await card.waitFor();
+  assert.match(await card.textContent(), /2/);
+  await card.getByRole('button', {name: 'Back to the sample tree'}).click();
+  await tets_ready(page);
+  assert.equal(await page.locator('.problem-card').count(), 0);
+  await page.context().close();
+});
+
+test('parameters that leave nothing are answered with a fix of one click', async () => {
+  const page = await suite.open();
+  await page.getByRole('button', {name: 'Presets'}).click();
+  await page.getByRole('button', {name: /^Solid/}).click();
+  await page.getByLabel('Crossing rule').selectOption('at_maximum');
+  const card = page.locator('.problem-card');
+  await card.waitFor();
+  await card.locator('button.primary').first().click();
+  await tets_ready(page);
+  await eventually(() => page.locator('.problem-card').count(), n => n === 0, 'the problem is solved');
+  await page.context().close();
+});

@@ -1,0 +1,143 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
+import {browser_tests, eventually, fact, no_complaints, status} from './support/browser.js';
+import {look} from './support/pixels.js';
+
+const suite = browser_tests();
+
+const time = async page => Number.parseFloat(await page.locator('.transport .time').textContent());
+const play = page => page.getByRole('button', {name: 'Play (Space)'}).click();
+const pause = page => page.getByRole('button', {name: 'Pause (Space)'}).click();
+const played_to = (page, seconds) => eventually(() => time(page), t => t >= seconds, `played to ${seconds} s`);
+
+test('play, pause, step, restart and scrub', async () => {
+  const page = await suite.open();
+  await play(page);
+  await played_to(page, 0.3);
+  await pause(page);
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  const stopped = await eventually(() => time(page), t => t > 0, 'a time');
+  const scrub = page.getByRole('slider', {name: 'Frame'});
+  const last = Number(await scrub.getAttribute('max'));
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await eventually(async () => Number(await scrub.getAttribute('max')), n => n === last + 1, 'one frame more');
+  await scrub.fill('3');
+  await eventually(() => time(page), t => t < stopped, 'an earlier frame');
+  await page.getByRole('button', {name: 'Restart (Home)'}).click();
+  await eventually(() => time(page), t => t === 0, 'the beginning');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('the inspector plots the run and lists the plan with its reasons', async () => {
+  const page = await suite.open();
+  await play(page);
+  await played_to(page, 0.2);
+  for (const title of ['Volume error', 'Energy, J', 'Step, ms', 'Substeps']) await page.getByRole('figure', {name: title}).waitFor();
+  assert.ok(await fact(page, 'Largest cell error') <= 1e-6);
+  for (const title of ['Compiled in', 'Left out']) await page.locator('.plan h3', {hasText: title}).waitFor();
+  assert.ok(await page.locator('.plan li').count() > 3);
+  await page.context().close();
+});
+
+test('material, gravity and tolerance change while it runs, without a restart', async () => {
+  const page = await suite.open();
+  await play(page);
+  await played_to(page, 0.1);
+  const changed = [];
+  page.on('request', request => request.method() === 'PATCH' && changed.push(request.postDataJSON()));
+  const field = async (name, value) => {
+    await page.getByLabel(`${name}, exact value`, {exact: true}).fill(value);
+    await page.getByLabel(`${name}, exact value`, {exact: true}).press('Enter');
+  };
+  const at = await time(page);
+  await field('Gravity', '-3');
+  await field('Edge stiffness', '500');
+  await field('Tolerance', '0.0001');
+  await eventually(() => Promise.resolve(changed.length), n => n === 3, 'three changes sent');
+  assert.equal(changed[0].gravity[1], -3);
+  assert.equal(changed[1].materials[0].edge_stiffness, 500);
+  assert.equal(changed[2].solver.tolerance, 1e-4);
+  await played_to(page, at + 0.1);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('colliders are added, moved, resized and removed', async () => {
+  const page = await suite.open();
+  await page.getByRole('button', {name: 'Add a sphere'}).click();
+  await page.getByRole('button', {name: 'Add a box'}).click();
+  await page.getByRole('button', {name: 'Add a plane'}).click();
+  const sphere = page.locator('.collider', {hasText: 'sphere 1'});
+  await sphere.locator('summary').click();
+  await play(page);
+  await played_to(page, 0.05);
+  const moves = [];
+  page.on('request', request => request.url().includes('/colliders/') && moves.push(request.postDataJSON()));
+  await sphere.getByLabel('X, exact value', {exact: true}).fill('0.6');
+  await sphere.getByLabel('X, exact value', {exact: true}).press('Enter');
+  await eventually(() => Promise.resolve(moves.length), n => n === 1, 'the move is sent');
+  assert.equal(moves[0].position[0], 0.6);
+  await sphere.getByLabel('Radius, exact value', {exact: true}).fill('0.3');
+  await sphere.getByLabel('Radius, exact value', {exact: true}).press('Enter');
+  await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
+  await page.getByRole('button', {name: 'Remove box 1'}).scrollIntoViewIfNeeded().catch(() => {});
+  await page.locator('.collider', {hasText: 'box 1'}).locator('summary').click();
+  await page.getByRole('button', {name: 'Remove box 1'}).click();
+  assert.equal(await page.locator('.collider', {hasText: 'box 1'}).count(), 0);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('the body is dragged by the mouse and by keys', async () => {
+  const page = await suite.open();
+  await play(page);
+  await played_to(page, 0.05);
+  const grabs = [];
+  page.on('request', request => request.url().includes('/grabs/') && grabs.push(request.method()));
+  const view = await page.locator('canvas.view').boundingBox();
+  const trunk = [view.x + view.width * 0.5, view.y + view.height * 0.6];
+  await page.mouse.move(...trunk);
+  await page.mouse.down();
+  await page.mouse.move(trunk[0] + 80, trunk[1] - 30, {steps: 6});
+  await page.mouse.up();
+  await eventually(() => Promise.resolve(grabs), all => all.includes('PUT') && all.at(-1) === 'DELETE', 'grabbed and released');
+  grabs.length = 0;
+  await page.locator('canvas.view').focus();
+  await page.keyboard.press('g');
+  await status(page).filter({hasText: /^Grabbed/}).waitFor();
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('Escape');
+  await eventually(() => Promise.resolve(grabs), all => all.filter(m => m === 'PUT').length >= 1 && all.at(-1) === 'DELETE', 'pulled by keys');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('a recording is saved, and dropped on the page it plays again', async () => {
+  const page = await suite.open();
+  await play(page);
+  await played_to(page, 0.05);
+  await page.getByRole('button', {name: 'Record (R)'}).click();
+  await played_to(page, 0.5);
+  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'Record (R)'}).click()]);
+  const text = await readFile(await file.path(), 'utf8');
+  const lines = text.trimEnd().split('\n').map(line => JSON.parse(line));
+  assert.equal(lines[0].type, 'hello');
+  assert.ok(lines[0].bodies[0].tets);
+  const frames = lines.filter(line => line.type === 'frame');
+  assert.ok(frames.length >= 10);
+  frames.forEach((frame, k) => assert.equal(frame.seq, frames[0].seq + k, 'every frame is there'));
+  await page.context().close();
+
+  const other = await suite.open();
+  await other.locator('input[type=file]').setInputFiles({name: 'run.ndjson', mimeType: 'application/x-ndjson', buffer: Buffer.from(text)});
+  await status(other).filter({hasText: 'Recording loaded'}).waitFor();
+  const scrub = other.getByRole('slider', {name: 'Frame'});
+  assert.equal(Number(await scrub.getAttribute('max')), frames.at(-1).seq);
+  await eventually(() => look(other), s => s.sand + s.tets > 3000, 'the body is seen');
+  await play(other);
+  await eventually(() => time(other), t => t >= frames.at(-1).t - 0.02, 'played to its end');
+  no_complaints(other);
+  await other.context().close();
+});
