@@ -105,25 +105,26 @@ double family_energy(const SpringFamily& family, double stiffness, Arrays p) {
 
 }  // namespace
 
-void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& material,
+void add_spring_forces(const SpringFamily& family, double stiffness, double damping,
                        const Coordinates& positions, const Coordinates& velocities, Coordinates& forces) {
-  const auto add = [&](const SpringFamily& family, double stiffness, std::int64_t chunk) {
-    if (family.empty()) return;
-    const RunData data = chunk_data(family, stiffness, material.damping, chunk);
-    if (material.damping > 0.0) {
-      damped_forces(data, arrays(positions), arrays(velocities), arrays(forces));
-    } else {
-      elastic_forces(data, arrays(positions), arrays(forces));
-    }
-  };
   for (int color = 0; color < 2; ++color) {
-    parallel_for((stencil.chunks - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t end) {
+    parallel_for((family.chunks() - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t i = begin; i < end; ++i) {
-        add(stencil.edges, material.edge, 2 * i + color);
-        add(stencil.diagonals, material.diagonal, 2 * i + color);
+        const RunData data = chunk_data(family, stiffness, damping, 2 * i + color);
+        if (damping > 0.0) {
+          damped_forces(data, arrays(positions), arrays(velocities), arrays(forces));
+        } else {
+          elastic_forces(data, arrays(positions), arrays(forces));
+        }
       }
     });
   }
+}
+
+void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& material,
+                       const Coordinates& positions, const Coordinates& velocities, Coordinates& forces) {
+  add_spring_forces(stencil.edges, material.edge, material.damping, positions, velocities, forces);
+  add_spring_forces(stencil.diagonals, material.diagonal, material.damping, positions, velocities, forces);
 }
 
 double spring_energy(const SpringStencil& stencil, const SpringMaterial& material,

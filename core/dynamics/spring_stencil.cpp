@@ -97,14 +97,14 @@ std::int64_t SpringFamily::bytes() const {
 SpringStencil make_spring_stencil(const TetMesh& mesh, std::span<const Vec3> rest_positions,
                                   const SpringMaterial& material) {
   SpringStencil stencil;
-  stencil.chunks = mesh.grid.size.z() / layers_per_chunk(mesh) + 1;
+  const int chunks = mesh.grid.size.z() / layers_per_chunk(mesh) + 1;
   if (material.edge > 0.0) {
-    FamilyBuilder builder(mesh, rest_positions, stencil.chunks);
+    FamilyBuilder builder(mesh, rest_positions, chunks);
     for (const Direction& direction : edge_directions) builder.add(collect(mesh, direction));
     stencil.edges = builder.finish();
   }
   if (material.diagonal > 0.0) {
-    FamilyBuilder builder(mesh, rest_positions, stencil.chunks);
+    FamilyBuilder builder(mesh, rest_positions, chunks);
     for (const Ends& ends : diagonal_directions) builder.add(collect(mesh, {&ends, 1}));
     stencil.diagonals = builder.finish();
   }

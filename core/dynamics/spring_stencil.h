@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -28,6 +29,7 @@ struct SpringFamily {
   std::vector<double> cells;              ///< cells that share the spring; their constants add
 
   bool empty() const { return runs.empty(); }
+  std::int64_t chunks() const { return std::max<std::int64_t>(1, std::ssize(chunk_begin)) - 1; }
   std::int64_t bytes() const;
 };
 
@@ -35,7 +37,6 @@ struct SpringFamily {
 /// slab of layers; springs reach into the next layer only, so even chunks never meet, nor do odd ones.
 struct SpringStencil {
   SpringFamily edges, diagonals;
-  int chunks = 0;
 
   std::int64_t bytes() const { return edges.bytes() + diagonals.bytes(); }
 };
@@ -45,6 +46,8 @@ SpringStencil make_spring_stencil(const TetMesh& mesh, std::span<const Vec3> res
                                   const SpringMaterial& material);
 
 /// F = k·(l − L)·d/l on a, −F on b, plus k·τ·(d·ḋ/l)·d/l with damping [Diziol 2009, Fig. 3].
+void add_spring_forces(const SpringFamily& family, double stiffness, double damping,
+                       const Coordinates& positions, const Coordinates& velocities, Coordinates& forces);
 void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& material,
                        const Coordinates& positions, const Coordinates& velocities, Coordinates& forces);
 

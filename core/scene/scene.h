@@ -30,6 +30,9 @@ struct SolverOptions {
 
 struct AxisBox {
   Vec3 min = Vec3::Constant(-1e300), max = Vec3::Constant(1e300);
+  bool contains(const Vec3& p) const {
+    return (p.array() >= min.array()).all() && (p.array() <= max.array()).all();
+  }
 };
 
 /// How a deformable body starts, applied in this order to its rest shape about its centre of mass.

@@ -49,6 +49,8 @@ class Simulation {
   /// Advances by one frame (1/frame_rate) with as many substeps as needed. Never throws for physical reasons:
   /// what could not be met stands in the metrics. Throws cancelled.
   virtual Snapshot step(const Progress& progress) = 0;
+  /// The same without the snapshot: once warm, a compiled scene allocates nothing here.
+  virtual void advance(const Progress& progress) { step(progress); }
   virtual bool finished() const = 0;
 
   virtual const Scene& scene() const = 0;

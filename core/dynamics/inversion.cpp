@@ -1,0 +1,136 @@
+#include "core/dynamics/inversion.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "core/dynamics/volume_elements.h"
+
+namespace isochor {
+namespace {
+
+constexpr int max_sweeps = 20;
+constexpr double least_volume = 0.05;         ///< of a tet, relative to rest
+constexpr double largest_displacement = 0.3;  ///< cells
+constexpr double flat_gradient = 1e-6;        ///< ‖∇V‖ relative to rest
+constexpr double missing_axis = 1e-6;         ///< singular value relative to that of the rest pose
+
+double current_tet_volume(const Tet& t, const Coordinates& x) {
+  return tet_volume(x.at(t[0]), x.at(t[1]), x.at(t[2]), x.at(t[3]));
+}
+
+double rest_tet_volume(const SoftBody& body, const Tet& t) {
+  const auto& p = body.rest_positions;
+  return tet_volume(p[t[0]], p[t[1]], p[t[2]], p[t[3]]);
+}
+
+// One step of μ = −C/Σw|∇V|² for C = V − 0.05·V0 < 0.
+void lift(const SoftBody& body, const VolumeElements& tets, std::int64_t t, double missing, Coordinates& x) {
+  const auto gradient = tets.gradient(t, x);
+  double denominator = 0.0;
+  for (int k = 0; k < 4; ++k)
+    denominator += body.inverse_masses[tets.particle(t, k)] * gradient[k].squaredNorm();
+  if (!(denominator > 0.0)) return;
+  const double limit = largest_displacement * body.cell_size;
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t i = tets.particle(t, k);
+    const Vec3 d = (body.inverse_masses[i] * missing / denominator) * gradient[k];
+    const double length = d.norm();
+    if (std::isfinite(length)) x.add(i, length > limit ? Vec3(d * (limit / length)) : d);
+  }
+}
+
+/// The rotation that fits the rest pose best to the cell's present one; with axes missing, any that fits the
+/// rest: the singular vectors are completed to right-handed frames.
+Eigen::Matrix3d best_rotation(const Eigen::Matrix3d& covariance, double rest_scale) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()[0] < missing_axis * rest_scale) return Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  if (svd.singularValues()[1] < missing_axis * rest_scale) {
+    // A line: the smallest turn that leads the rest direction onto it.
+    return Eigen::Quaterniond::FromTwoVectors(v.col(0), u.col(0)).toRotationMatrix();
+  }
+  if (u.determinant() * v.determinant() < 0.0) u.col(2) = -u.col(2);
+  return u * v.transpose();
+}
+
+struct CellPose {
+  Vec3 center = Vec3::Zero(), rest_center = Vec3::Zero();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+};
+
+CellPose fit_rest_pose(const SoftBody& body, const Cell& cell, const Coordinates& x) {
+  CellPose pose;
+  for (const auto i : cell.corners) {
+    pose.center += x.at(i) / 8.0;
+    pose.rest_center += body.rest_positions[i] / 8.0;
+  }
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double scale = 0.0;
+  for (const auto i : cell.corners) {
+    const Vec3 rest = body.rest_positions[i] - pose.rest_center;
+    covariance += (x.at(i) - pose.center) * rest.transpose();
+    scale += rest.squaredNorm();
+  }
+  pose.rotation = best_rotation(covariance, scale);
+  return pose;
+}
+
+double squared_norm(const VolumeElements::Gradient& gradient) {
+  double sum = 0.0;
+  for (const Vec3& g : gradient) sum += g.squaredNorm();
+  return sum;
+}
+
+}  // namespace
+
+std::int64_t count_inverted(const TetMesh& mesh, const Coordinates& positions) {
+  return std::ranges::count_if(mesh.tets,
+                               [&](const Tet& t) { return !(current_tet_volume(t, positions) > 0.0); });
+}
+
+bool any_inverted(const TetMesh& mesh, const Coordinates& positions) {
+  return std::ranges::any_of(mesh.tets,
+                             [&](const Tet& t) { return !(current_tet_volume(t, positions) > 0.0); });
+}
+
+bool lift_inverted_tets(const SoftBody& body, Coordinates& positions) {
+  const VolumeElements tets(*body.mesh, true);
+  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
+    bool lifted = false;
+    for (std::int64_t t = 0; t < tets.count(); ++t) {
+      const Tet& tet = body.mesh->tets[t];
+      const double missing = least_volume * rest_tet_volume(body, tet) - current_tet_volume(tet, positions);
+      if (!(missing > 0.0)) continue;
+      lift(body, tets, t, missing, positions);
+      lifted = true;
+    }
+    if (!lifted) return true;
+  }
+  return false;
+}
+
+std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions) {
+  const VolumeElements cells(*body.mesh, false);
+  const Coordinates rest(body.rest_positions);
+  std::vector<Vec3> pull(positions.size(), Vec3::Zero());
+  std::vector<int> pulled(positions.size(), 0);
+  std::int64_t flattened = 0;
+  for (std::int64_t c = 0; c < cells.count(); ++c) {
+    const double limit = flat_gradient * flat_gradient * squared_norm(cells.gradient(c, rest));
+    if (squared_norm(cells.gradient(c, positions)) > limit) continue;
+    ++flattened;
+    const Cell& cell = body.mesh->cells[c];
+    const CellPose pose = fit_rest_pose(body, cell, positions);
+    for (const auto i : cell.corners) {
+      pull[i] += pose.center + pose.rotation * (body.rest_positions[i] - pose.rest_center) - positions.at(i);
+      ++pulled[i];
+    }
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (pulled[i] && body.inverse_masses[i] > 0.0) positions.add(i, pull[i] / pulled[i]);
+  return flattened;
+}
+
+}  // namespace isochor

@@ -1,0 +1,229 @@
+#include "core/scene/build_world.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/mesh_input/read_mesh.h"
+#include "core/scene/start_state.h"
+
+namespace isochor {
+namespace {
+
+/// Of a body while it is built and while it steps, with every solver's arrays.
+constexpr std::int64_t bytes_a_cell = 2500;
+constexpr std::int64_t max_bytes = std::int64_t{8} << 30;
+
+void check_budget(const std::string& name, const LatticeShape& shape) {
+  const std::int64_t cells = std::int64_t{shape.cells.x()} * shape.cells.y() * shape.cells.z();
+  if (cells <= max_bytes / bytes_a_cell) return;
+  throw Error(ErrorCode::over_budget,
+              fmt::format("the body {} has {} cells, which take about {} GiB", name, cells,
+                          cells * bytes_a_cell >> 30),
+              fmt::format("at most {} cells fit into {} GiB", max_bytes / bytes_a_cell, max_bytes >> 30));
+}
+
+class SoftBodyBuilder {
+ public:
+  SoftBodyBuilder(const SceneBody& source, Progress& progress)
+      : source_(source), deformable_(std::get<DeformableBody>(source.kind)), progress_(progress) {}
+
+  SceneSoftBody build() {
+    std::visit([&](const auto& shape) { take_shape(shape); }, deformable_.shape);
+    SoftBody& body = soft_.body;
+    place_at_rest();
+    body.masses = particle_masses(*body.mesh, body.rest_volumes, densities(), deformable_.masses);
+    body.total_mass = std::accumulate(body.masses.begin(), body.masses.end(), 0.0);
+    for (const double mass : body.masses) body.inverse_masses.push_back(1.0 / mass);
+    body.material = {
+        deformable_.edge_modulus ? *deformable_.edge_modulus * body.cell_size : deformable_.edge_stiffness,
+        deformable_.diagonal_modulus ? *deformable_.diagonal_modulus * body.cell_size
+                                     : deformable_.diagonal_stiffness,
+        deformable_.damping};
+    body.friction = source_.friction;
+    body.restitution = source_.restitution;
+    find_surface();
+    body.positions = start_positions(body, deformable_.start);
+    body.velocities = start_velocities(body, source_.velocity, source_.angular_velocity);
+    body.start_positions = body.positions;
+    body.start_velocities = body.velocities;
+    return std::move(soft_);
+  }
+
+ private:
+  void take_shape(const LatticeShape& shape) {
+    check_budget(source_.name, shape);
+    soft_.body.mesh = std::make_shared<TetMesh>(make_box_lattice(shape.cells, shape.cell_size, shape.origin));
+  }
+  void take_shape(const MeshShape& shape) {
+    auto soup = std::make_shared<TriangleSoup>(read_mesh(shape.file, progress_));
+    take_model(AuthoringPipeline(std::move(soup)).run(shape.meshing, progress_));
+  }
+  void take_shape(const ModelShape& shape) { take_model(shape.model); }
+  void take_model(std::shared_ptr<const Model> model) {
+    soft_.body.mesh = std::shared_ptr<const TetMesh>(model, &model->mesh());
+    soft_.model = std::move(model);
+  }
+
+  void place_at_rest() {
+    SoftBody& body = soft_.body;
+    body.cell_size = source_.scale * body.mesh->grid.spacing;
+    for (const Vec3& p : body.mesh->positions)
+      body.rest_positions.push_back(source_.position + source_.orientation * (source_.scale * p));
+    body.rest_volumes = cell_volumes(*body.mesh, body.rest_positions);
+    body.rest_volume = std::accumulate(body.rest_volumes.begin(), body.rest_volumes.end(), 0.0);
+  }
+
+  /// Of each cell: that of the last region which holds its centre.
+  std::vector<double> densities() const {
+    const SoftBody& body = soft_.body;
+    std::vector<double> densities(body.mesh->cells.size(), deformable_.density);
+    for (std::size_t c = 0; c < densities.size(); ++c) {
+      Vec3 center = Vec3::Zero();
+      for (const auto i : body.mesh->cells[c].corners) center += body.rest_positions[i] / 8.0;
+      for (const DensityRegion& region : deformable_.densities)
+        if (region.inside.contains(center)) densities[c] = region.density;
+    }
+    return densities;
+  }
+
+  void find_surface() {
+    SoftBody& body = soft_.body;
+    for (const Triangle& t : body.mesh->surface)
+      body.surface_particles.insert(body.surface_particles.end(), t.begin(), t.end());
+    std::ranges::sort(body.surface_particles);
+    const auto repeated = std::ranges::unique(body.surface_particles);
+    body.surface_particles.erase(repeated.begin(), repeated.end());
+  }
+
+  const SceneBody& source_;
+  const DeformableBody& deformable_;
+  Progress& progress_;
+  SceneSoftBody soft_;
+};
+
+std::unique_ptr<CollisionShape> make_shape(const RigidShape& shape, double scale) {
+  struct Maker {
+    double scale;
+    std::unique_ptr<CollisionShape> operator()(const PlaneShape& s) const {
+      return make_plane(s.normal, s.offset);
+    }
+    std::unique_ptr<CollisionShape> operator()(const SphereShape& s) const {
+      return make_sphere(scale * s.radius);
+    }
+    std::unique_ptr<CollisionShape> operator()(const BoxShape& s) const {
+      return make_box(scale * s.half_extents);
+    }
+    std::unique_ptr<CollisionShape> operator()(const CapsuleShape& s) const {
+      return make_capsule(scale * s.radius, scale * s.half_height);
+    }
+    std::unique_ptr<CollisionShape> operator()(const MeshShape& s) const {
+      throw Error(ErrorCode::invalid_argument,
+                  fmt::format("{}: a rigid mesh cannot be simulated", s.file.string()));
+    }
+    std::unique_ptr<CollisionShape> operator()(const ModelShape&) const {
+      throw Error(ErrorCode::invalid_argument, "a rigid mesh cannot be simulated");
+    }
+  };
+  return std::visit(Maker{scale}, shape);
+}
+
+void add_rigid(World& world, const SceneBody& source, int id) {
+  const auto& rigid = std::get<RigidBody>(source.kind);
+  RigidBodyDesc desc;
+  desc.shape = make_shape(rigid.shape, source.scale);
+  desc.pose = {source.position, source.orientation};
+  desc.mass = rigid.mass;
+  desc.motion = rigid.motion;
+  desc.velocity = source.velocity;
+  desc.angular_velocity = source.angular_velocity;
+  desc.friction = source.friction;
+  desc.restitution = source.restitution;
+  world.rigid.add_body(desc);
+  world.rigid_ids.push_back(id);
+}
+
+int find_body(const Scene& scene, const std::string& name) {
+  const auto found = std::ranges::find(scene.bodies, name, &SceneBody::name);
+  if (found == scene.bodies.end())
+    throw Error(ErrorCode::invalid_argument, fmt::format("no body is named {}", name),
+                "name one of the scene's bodies");
+  return static_cast<int>(found - scene.bodies.begin());
+}
+
+void add_pins(World& world, const Pin& pin) {
+  const int id = find_body(world.scene, pin.body);
+  int rigid = -1;
+  if (pin.to) {
+    const auto found = std::ranges::find(world.rigid_ids, find_body(world.scene, *pin.to));
+    if (found == world.rigid_ids.end())
+      throw Error(ErrorCode::invalid_argument, fmt::format("{} is not a rigid body", *pin.to));
+    rigid = static_cast<int>(found - world.rigid_ids.begin());
+  }
+  const auto soft = std::ranges::find(world.soft, id, &SceneSoftBody::id);
+  if (soft == world.soft.end())
+    throw Error(ErrorCode::invalid_argument, fmt::format("{} is not a deformable body", pin.body));
+  SoftBody& body = soft->body;
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 p = body.positions.at(i);
+    if (!pin.inside.contains(p) || body.inverse_masses[i] == 0.0) continue;
+    soft->pins.push_back(
+        {static_cast<std::int32_t>(i), rigid, rigid < 0 ? p : world.rigid.pose(rigid).to_local(p)});
+    body.inverse_masses[i] = 0.0;
+    body.velocities.set(i, Vec3::Zero());
+  }
+}
+
+}  // namespace
+
+void build_springs(SceneSoftBody& soft) {
+  SoftBody& body = soft.body;
+  body.springs = make_spring_stencil(*body.mesh, body.rest_positions, body.material);
+  const bool springs = !body.springs.edges.empty() || !body.springs.diagonals.empty();
+  body.forces = springs ? Coordinates(body.size()) : Coordinates();
+}
+
+void build_projector(SceneSoftBody& soft, const SolverOptions& solver) {
+  SoftBody& body = soft.body;
+  const bool per_tet = solver.constraint == ConstraintScope::per_tet;
+  VolumeModel model{body.mesh.get(),
+                    per_tet ? tet_volumes(*body.mesh, body.rest_positions) : body.rest_volumes,
+                    body.inverse_masses, per_tet};
+  switch (solver.volume) {
+    case VolumeSolver::newton:
+      body.projector = make_newton_projector(std::move(model));
+      break;
+    case VolumeSolver::scaling:
+      body.projector = make_scaling_projector(std::move(model));
+      break;
+    case VolumeSolver::gradient:
+      body.projector = make_gradient_projector(std::move(model));
+      break;
+  }
+}
+
+World build_world(const Scene& scene, Progress& progress) {
+  World world;
+  world.scene = scene;
+  world.rigid.set_gravity(scene.gravity);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    progress.throw_if_cancelled();
+    const int id = static_cast<int>(i);
+    if (std::holds_alternative<RigidBody>(scene.bodies[i].kind)) {
+      add_rigid(world, scene.bodies[i], id);
+    } else {
+      world.soft.push_back(SoftBodyBuilder(scene.bodies[i], progress).build());
+      world.soft.back().id = id;
+    }
+  }
+  for (const Pin& pin : scene.pins) add_pins(world, pin);
+  for (SceneSoftBody& soft : world.soft) {
+    build_springs(soft);
+    build_projector(soft, scene.solver);
+    if (world.rigid.size() > 0) soft.contacts = std::make_unique<ParticleContacts>(soft.body);
+  }
+  return world;
+}
+
+}  // namespace isochor

@@ -1,0 +1,143 @@
+#include "core/scene/detect_contacts.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/collision/contact_response.h"
+
+namespace isochor {
+namespace {
+
+/// Normals closer than this (60°) are of the same side of a thin shape.
+constexpr double same_side = 0.5;
+
+Box swept_bounds(const SoftBody& body) {
+  Box box;
+  for (const auto i : body.surface_particles) {
+    box.extend(body.start_positions.at(i));
+    box.extend(body.positions.at(i));
+  }
+  return box;
+}
+
+bool overlaps(const Box& a, const Box& b) {
+  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+}
+
+/// Bounds of a shape in the world at a pose; an infinite shape has infinite ones.
+Box world_bounds(const CollisionShape& shape, const Pose& pose) {
+  const Box local = shape.bounds();
+  if (!local.min.allFinite() || !local.max.allFinite()) {
+    Box all;
+    all.min.setConstant(-std::numeric_limits<double>::infinity());
+    all.max.setConstant(std::numeric_limits<double>::infinity());
+    return all;
+  }
+  Box box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p(corner & 1 ? local.max.x() : local.min.x(), corner & 2 ? local.max.y() : local.min.y(),
+                 corner & 4 ? local.max.z() : local.min.z());
+    box.extend(pose.to_world(p));
+  }
+  return box;
+}
+
+/// One rigid body over a substep, seen from the particles of a soft one.
+class RigidSweep {
+ public:
+  RigidSweep(const SoftBody& body, const RigidWorld& world, int rigid, double h)
+      : body_(body),
+        shape_(world.shape(rigid)),
+        from_(world.pose(rigid)),
+        to_(world.predicted_pose(rigid)),
+        slop_(contact_slop * body.cell_size),
+        h_(h) {
+    plane_.source = rigid;
+    plane_.friction = combined_friction(body.friction, world.friction(rigid));
+    plane_.restitution = combined_restitution(body.restitution, world.restitution(rigid));
+  }
+
+  bool may_meet(const Box& particles) const {
+    Box box = world_bounds(shape_, from_);
+    const Box end = world_bounds(shape_, to_);
+    box.extend(end.min);
+    box.extend(end.max);
+    return overlaps(box, particles);
+  }
+
+  /// The plane that the particle must stay in front of, when it is behind it by more than the slop.
+  bool meets(std::int32_t i, bool touching, ContactPlane& plane) const {
+    const Vec3 start = from_.to_local(body_.start_positions.at(i)), end = to_.to_local(body_.positions.at(i));
+    const SurfaceQuery at_end = shape_.query(end);
+    const double path = (end - start).norm();
+    if (at_end.distance > (touching ? -slop_ : path)) return false;
+    Vec3 point, normal;
+    if (!entry(start, end, at_end, point, normal)) return false;
+    plane = plane_;
+    plane.normal = to_.orientation * normal;
+    plane.offset = plane.normal.dot(to_.to_world(point));
+    plane.surface_shift = to_.to_world(point) - from_.to_world(point);
+    plane.approach = plane.normal.dot(body_.start_velocities.at(i) - plane.surface_shift / h_);
+    return plane.offset - plane.normal.dot(body_.positions.at(i)) > (touching ? slop_ : 0.0);
+  }
+
+ private:
+  // Inside at the end, the nearest surface counts, unless it is the far side of what the path went into.
+  bool entry(const Vec3& start, const Vec3& end, const SurfaceQuery& at_end, Vec3& point,
+             Vec3& normal) const {
+    const auto take = [&](const Vec3& p, const Vec3& n) { point = p, normal = n; };
+    const auto hit = shape_.sweep(start, end);
+    if (!hit && at_end.distance >= 0.0) return false;
+    if (hit && (at_end.distance >= 0.0 || hit->normal.dot(at_end.normal) < same_side)) {
+      take(start + hit->fraction * (end - start), hit->normal);
+      return true;
+    }
+    take(end - at_end.distance * at_end.normal, at_end.normal);
+    if (hit) return true;
+    const SurfaceQuery at_start = shape_.query(start);
+    if (at_start.normal.dot(at_end.normal) < same_side)
+      take(start - at_start.distance * at_start.normal, at_start.normal);
+    return true;
+  }
+
+  const SoftBody& body_;
+  const CollisionShape& shape_;
+  Pose from_, to_;
+  double slop_, h_;
+  ContactPlane plane_;
+};
+
+}  // namespace
+
+bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, ParticleContacts& contacts) {
+  const Box particles = swept_bounds(body);
+  bool found = false;
+  for (int rigid = 0; rigid < world.size(); ++rigid) {
+    const RigidSweep sweep(body, world, rigid, h);
+    if (!sweep.may_meet(particles)) continue;
+    for (const auto i : body.surface_particles) {
+      if (!(body.inverse_masses[i] > 0.0)) continue;
+      ContactPlane plane;
+      if (!sweep.meets(i, contacts.touches(i), plane)) continue;
+      contacts.set_plane(body, i, plane);
+      found = true;
+    }
+  }
+  return found;
+}
+
+double deepest_penetration(const SoftBody& body, const RigidWorld& world) {
+  Box particles;
+  for (const auto i : body.surface_particles) particles.extend(body.positions.at(i));
+  double deepest = 0.0;
+  for (int rigid = 0; rigid < world.size(); ++rigid) {
+    if (!overlaps(world_bounds(world.shape(rigid), world.pose(rigid)), particles)) continue;
+    for (const auto i : body.surface_particles) {
+      const Vec3 local = world.pose(rigid).to_local(body.positions.at(i));
+      deepest = std::max(deepest, -world.shape(rigid).query(local).distance);
+    }
+  }
+  return deepest;
+}
+
+}  // namespace isochor

@@ -1,0 +1,139 @@
+#include "core/scene/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isochor {
+namespace {
+
+/// Substeps up to which symplectic Euler is both the cheapest and by far the most accurate choice.
+constexpr int cheap_substeps = 15;
+/// Beyond this a frame of symplectic steps is refused even when asked for.
+constexpr int most_substeps = 20000;
+
+std::int64_t bytes_of(const Coordinates& c) {
+  return static_cast<std::int64_t>(3 * c.size() * sizeof(double));
+}
+
+/// Substeps a frame that symplectic Euler needs for this body.
+double needed_substeps(const SceneSoftBody& soft, double frame) {
+  const SoftBody& body = soft.body;
+  const double lambda = gershgorin_bound(body.springs, body.material, body.inverse_masses);
+  return std::ceil(frame / stable_substep(lambda, body.material.damping));
+}
+
+class Planner {
+ public:
+  explicit Planner(World& world) : world_(world), phases_(world.phases) {}
+
+  void run() {
+    integrators();
+    forces();
+    constraints();
+    contacts();
+  }
+
+ private:
+  const std::string& name(const SceneSoftBody& soft) const { return world_.scene.bodies[soft.id].name; }
+
+  void decide(Phase phase, bool included, std::string why, std::string why_not) {
+    if (included)
+      phases_.include(phase, std::move(why));
+    else
+      phases_.leave_out(phase, std::move(why_not));
+  }
+
+  void integrators() {
+    const SolverOptions& solver = world_.scene.solver;
+    const double frame = 1.0 / world_.scene.frame_rate;
+    std::string symplectic;
+    double substeps = std::max(1, solver.substeps);
+    for (SceneSoftBody& soft : world_.soft) {
+      const double needed = needed_substeps(soft, frame);
+      symplectic += fmt::format("{}{} needs {} substep{} a frame by the Gershgorin bound",
+                                symplectic.empty() ? "" : "; ", name(soft), needed, needed == 1.0 ? "" : "s");
+      substeps = std::max(substeps, needed);
+    }
+    world_.substeps = static_cast<int>(std::min<double>(substeps, most_substeps));
+    decide(Phase::symplectic_euler, !world_.soft.empty(), symplectic, "no deformable body");
+    phases_.leave_out(Phase::implicit_euler, "every body is stepped by symplectic Euler");
+  }
+
+  void forces() {
+    const auto any = [&](auto has) { return std::ranges::any_of(world_.soft, has); };
+    decide(Phase::gravity, !world_.scene.gravity.isZero(0.0), "the scene has gravity", "gravity is zero");
+    decide(Phase::edge_springs, any([](const SceneSoftBody& s) { return !s.body.springs.edges.empty(); }),
+           "12 edges a cell, shared ones merged", "no body has an edge stiffness");
+    decide(Phase::diagonal_springs,
+           any([](const SceneSoftBody& s) { return !s.body.springs.diagonals.empty(); }),
+           "4 space diagonals a cell", "no body has a diagonal stiffness");
+    decide(Phase::spring_damping, any([](const SceneSoftBody& s) { return s.body.material.damping > 0.0; }),
+           "a body has damping: the spring kernels take velocities",
+           "damping is zero: the spring kernels take positions only");
+    decide(Phase::pins, any([](const SceneSoftBody& s) { return !s.pins.empty(); }), "particles are pinned",
+           "the scene pins nothing");
+    decide(Phase::grab, world_.grab.has_value(), "a particle is being dragged", "nothing is being dragged");
+  }
+
+  void constraints() {
+    const SolverOptions& solver = world_.scene.solver;
+    const char* names[] = {"inexact Newton on the whole body", "each cell scaled in turn",
+                           "each cell along its gradient in turn"};
+    const char* scope =
+        solver.constraint == ConstraintScope::per_tet ? "one constraint a tet" : "one constraint a cell";
+    decide(Phase::volume, !world_.soft.empty(),
+           fmt::format("{}, {}", names[static_cast<int>(solver.volume)], scope), "no deformable body");
+    decide(Phase::inversion, !world_.soft.empty(), "every substep checks its tets", "no deformable body");
+  }
+
+  void contacts() {
+    const bool rigid = world_.rigid.size() > 0, soft = !world_.soft.empty();
+    decide(Phase::rigid_bodies, rigid, fmt::format("{} rigid", world_.rigid.size()), "no rigid body");
+    const char* nobody = rigid ? "no deformable body" : "no rigid body to touch";
+    decide(Phase::contacts, rigid && soft,
+           "surface particles against rigid bodies, inside the volume projection", nobody);
+    bool rubs = false, bounces = false;
+    for (const SceneBody& body : world_.scene.bodies) {
+      rubs |= body.friction > 0.0;
+      bounces |= body.restitution > 0.0;
+    }
+    decide(Phase::friction, rigid && soft && rubs, "Coulomb's cone, in the contacts' active set",
+           rubs ? nobody : "friction is zero");
+    decide(Phase::restitution, rigid && soft && bounces, "a body bounces",
+           bounces ? nobody : "restitution is zero");
+  }
+
+  World& world_;
+  PhaseList& phases_;
+};
+
+}  // namespace
+
+void plan_phases(World& world) {
+  Planner(world).run();
+  measure_phases(world);
+}
+
+void measure_phases(World& world) {
+  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, state = 0;
+  for (const SceneSoftBody& soft : world.soft) {
+    const SoftBody& body = soft.body;
+    edges += body.springs.edges.bytes();
+    diagonals += body.springs.diagonals.bytes();
+    volume += body.projector->bytes();
+    pins += static_cast<std::int64_t>(soft.pins.capacity() * sizeof(PinnedParticle));
+    if (soft.contacts) contacts += soft.contacts->bytes();
+    state += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
+             bytes_of(body.start_velocities) + bytes_of(body.forces);
+  }
+  world.phases.set_bytes(Phase::edge_springs, edges);
+  world.phases.set_bytes(Phase::diagonal_springs, diagonals);
+  world.phases.set_bytes(Phase::volume, volume);
+  world.phases.set_bytes(Phase::pins, pins);
+  world.phases.set_bytes(Phase::contacts, contacts);
+  world.phases.set_bytes(Phase::symplectic_euler, state);
+}
+
+}  // namespace isochor

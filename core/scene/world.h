@@ -1,0 +1,49 @@
+#pragma once
+#include "core/dynamics/particle_contacts.h"
+#include "core/rigid/rigid_world.h"
+#include "core/scene/phases.h"
+#include "core/scene/scene.h"
+
+namespace isochor {
+
+/// A particle held in place, or by a rigid body.
+struct PinnedParticle {
+  std::int32_t particle = 0;
+  int rigid = -1;              ///< in the RigidWorld; −1 holds it in place
+  Vec3 anchor = Vec3::Zero();  ///< in the rigid body's frame, or in the world's
+};
+
+/// A deformable body of the scene with what the scene attaches to it.
+struct SceneSoftBody {
+  int id = 0;  ///< index in Scene::bodies
+  SoftBody body;
+  std::shared_ptr<const Model> model;  ///< when made from a mesh
+  bool implicit = false;               ///< its springs are integrated implicitly
+  std::vector<PinnedParticle> pins;
+  std::unique_ptr<ParticleContacts> contacts;  ///< absent when the scene has nothing to touch
+  bool inverted = false;                       ///< some tet was, at the end of the last substep
+};
+
+/// A compiled scene: what steps.
+struct World {
+  Scene scene;
+  PhaseList phases;
+  std::vector<SceneSoftBody> soft;
+  RigidWorld rigid;
+  std::vector<int> rigid_ids;  ///< index in Scene::bodies of each body of the RigidWorld
+  std::optional<Grab> grab;
+  int substeps = 1;  ///< a frame
+};
+
+/// What a frame's substeps did.
+struct StepStats {
+  int iterations = 0, substeps = 0, recoveries = 0, fallbacks = 0;
+  double smallest_h = 0.0;
+  std::int64_t contacts = 0;  ///< in the last substep
+  bool feasible = true;
+  double worst_error = 0.0;
+  int worst_body = -1;
+  std::int64_t worst_cell = -1;
+};
+
+}  // namespace isochor
