@@ -26,16 +26,16 @@ struct Points {
   double *x, *y, *z;
 };
 
-/// 27-point symmetric stencil: entry[k] couples a cell with successors[k], entry[0] is the diagonal.
-inline constexpr int stencil_size = 14;
 struct Neighbor {
   int x, y, z;
   constexpr std::int64_t offset(Strides strides) const { return x + y * strides.row + z * strides.plane; }
 };
-/// The cell itself and the 13 neighbours that follow it in memory.
-inline constexpr Neighbor successors[stencil_size] = {
-    {0, 0, 0},  {1, 0, 0},  {-1, 1, 0}, {0, 1, 0}, {1, 1, 0},  {-1, -1, 1}, {0, -1, 1},
-    {1, -1, 1}, {-1, 0, 1}, {0, 0, 1},  {1, 0, 1}, {-1, 1, 1}, {0, 1, 1},   {1, 1, 1}};
+/// The 27 cells around a cell, in the order of memory.
+inline constexpr int stencil_size = 27, stencil_center = 13;
+constexpr Neighbor neighbor(int k) {
+  return {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+}
+/// entry[k] couples a cell with neighbor(k).
 struct Stencil {
   float* entry[stencil_size];
 };
@@ -87,31 +87,35 @@ struct ColumnSolve {
   int size, columns;
 };
 
-struct DiagonalStep {
-  double product;  ///< residual·inverse_diagonal·residual
-  float worst;     ///< max |weight·residual|
+/// A search direction s of the conjugate residuals, its image A·s, and that preconditioned.
+struct Direction {
+  float *search, *image, *preconditioned;
+};
+inline constexpr int depth = 2;  ///< earlier directions to which a new one is made orthogonal
+struct EarlierDirections {
+  Direction at[depth];
+  int count;
+};
+struct Products {
+  double with_itself, with_residual;  ///< image·preconditioned, image·(preconditioned residual)
 };
 
 struct StencilKernels {
-  /// stencil = Σ over shared corners of the products of gradients.
-  void (*assemble)(Runs runs, Strides strides, Gradients gradients, Stencil stencil);
-  /// image = A·search; returns search·image.
-  double (*apply)(Runs runs, Strides strides, Stencil stencil, const float* search, float* image);
-  /// solution += alpha·search, residual −= alpha·image, scaled = scale·residual; returns max
+  /// stencil = Σ over shared corners of a cell's gradient times its neighbour's.
+  void (*assemble)(Runs runs, Strides strides, Gradients own, Gradients neighbors, Stencil stencil);
+  /// image = A·z, products[i] = image·earlier.at[i].preconditioned.
+  void (*apply)(Runs runs, Strides strides, Stencil stencil, const float* z, float* image,
+                const EarlierDirections& earlier, double* products);
+  /// direction = (z, image) − Σ factors[i]·earlier[i], scaled = scale·image; the image is in its place
+  /// before.
+  void (*combine)(Runs runs, const EarlierDirections& earlier, const float* factors, const float* z,
+                  Direction direction, const float* scale, float* scaled);
+  /// preconditioned = scale·preconditioned.
+  Products (*precondition)(Runs runs, Direction direction, const float* scale, const float* z);
+  /// solution += alpha·search, residual −= alpha·image, z −= alpha·preconditioned; returns max
   /// |weight·residual|.
-  float (*advance)(Runs runs, float alpha, const float* search, const float* image, const float* scale,
-                   const float* weight, float* solution, float* residual, float* scaled);
-  /// z = scale·z; returns residual·z.
-  double (*precondition)(Runs runs, const float* scale, const float* residual, float* z);
-  /// search = z + beta·search.
-  void (*turn)(Runs runs, float beta, const float* z, float* search);
-  /// The same with the diagonal as preconditioner: solution += alpha·search, residual −= alpha·image; then
-  /// turn_diagonal: search = inverse_diagonal·residual + beta·search.
-  DiagonalStep (*advance_diagonal)(Runs runs, float alpha, const float* search, const float* image,
-                                   const float* inverse_diagonal, const float* weight, float* solution,
-                                   float* residual);
-  void (*turn_diagonal)(Runs runs, float beta, const float* inverse_diagonal, const float* residual,
-                        float* search);
+  float (*advance)(Runs runs, float alpha, Direction direction, const float* weight, float* solution,
+                   float* residual, float* z);
   void (*multiply)(const SmallProduct& product);
   void (*solve_columns)(const ColumnSolve& solve);
 };

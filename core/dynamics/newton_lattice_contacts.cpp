@@ -45,76 +45,77 @@ void LatticeSystem::load_carriers(std::span<RigidCarrier> carriers) {
   carrier_steps_.resize(carriers.size());
   auto& rows = solver_.carriers();
   if (rows.size() < carriers.size()) rows.resize(carriers.size());
-  for (CarrierRows& row : rows) row.rows.clear();
+  for (CarrierRows& carrier : rows) carrier.own.clear(), carrier.start.clear();
   for (std::size_t i = 0; i < carriers.size(); ++i) {
     carriers[i].motion.setZero();
     rows[i].inverse_mass = (carriers[i].inverse_mass / mean_inverse_mass_).cast<float>();
   }
 }
 
-void LatticeSystem::set_irregular_gradients(const PointArray& points) {
+void LatticeSystem::set_irregular_gradients(const PointArray& points, WeightedGradients& gradients) {
   for (std::size_t i = 0; i < layout_.irregular_cells.size(); ++i) {
     const LatticeLayout::IrregularCell& cell = layout_.irregular_cells[i];
     const CellCorners gradient = cell_volume_gradient(corners(cell, points), cell.parity);
     for (int b = 0; b < 8; ++b) {
       const Eigen::Vector3f weighted =
           root_weights_[cell.corners[b]] * (gradient[b] / (length_ * length_)).cast<float>();
-      irregular_gradients_[i].col(b) = weighted;
+      gradients.irregular[i].col(b) = weighted;
       const bool inside = cell.corners[b] < layout_.first_extra;
       for (int axis = 0; axis < 3; ++axis)
-        gradients_.value[3 * b + axis][cell.slot] = inside ? weighted[axis] : 0.0F;
+        gradients.view.value[3 * b + axis][cell.slot] = inside ? weighted[axis] : 0.0F;
     }
   }
 }
 
 /// Calls visit(slot of the cell, gradient) for all cells at a vertex, and takes the gradient back.
 template <class Visit>
-void LatticeSystem::visit_gradients(std::int32_t vertex_slot, const Visit& visit) {
+void LatticeSystem::visit_gradients(WeightedGradients& gradients, std::int32_t vertex_slot,
+                                    const Visit& visit) {
   if (vertex_slot >= layout_.first_extra) {
     for (const auto& [cell, corner] : layout_.extra_vertices[vertex_slot - layout_.first_extra]) {
-      Eigen::Vector3f gradient = irregular_gradients_[cell].col(corner);
+      Eigen::Vector3f gradient = gradients.irregular[cell].col(corner);
       visit(layout_.irregular_cells[cell].slot, gradient);
-      irregular_gradients_[cell].col(corner) = gradient;
+      gradients.irregular[cell].col(corner) = gradient;
     }
     return;
   }
   for (int b = 0; b < 8; ++b) {
     const std::int64_t cell = vertex_slot - layout_.corner_offset(b);
     Eigen::Vector3f gradient;
-    for (int axis = 0; axis < 3; ++axis) gradient[axis] = gradients_.value[3 * b + axis][cell];
+    for (int axis = 0; axis < 3; ++axis) gradient[axis] = gradients.view.value[3 * b + axis][cell];
     visit(static_cast<std::int32_t>(cell), gradient);
-    for (int axis = 0; axis < 3; ++axis) gradients_.value[3 * b + axis][cell] = gradient[axis];
+    for (int axis = 0; axis < 3; ++axis) gradients.view.value[3 * b + axis][cell] = gradient[axis];
   }
 }
 
-void LatticeSystem::set_carrier_rows() {
+void LatticeSystem::set_carrier_rows(WeightedGradients& gradients,
+                                     std::vector<CarrierRows::Row> CarrierRows::*member) {
   for (std::size_t i = 0; i < carriers_.size(); ++i) {
-    auto& rows = solver_.carriers()[i].rows;
+    auto& rows = solver_.carriers()[i].*member;
     rows.clear();
     for (const CarriedParticle& carried : carriers_[i].particles)
-      visit_gradients(slot(carried.particle), [&](std::int32_t cell, const Eigen::Vector3f& gradient) {
-        if (!gradient.isZero(0.0F)) rows.push_back({cell, carried.map.transpose().cast<float>() * gradient});
-      });
+      visit_gradients(gradients, slot(carried.particle),
+                      [&](std::int32_t cell, const Eigen::Vector3f& gradient) {
+                        if (!gradient.isZero(0.0F))
+                          rows.push_back({cell, carried.map.transpose().cast<float>() * gradient});
+                      });
   }
 }
 
-void LatticeSystem::weigh_blocked_gradients() {
+void LatticeSystem::weigh_blocked_gradients(WeightedGradients& gradients) {
   for (const Blocked& blocked : blocked_)
-    visit_gradients(blocked.slot, [&](std::int32_t, Eigen::Vector3f& gradient) {
+    visit_gradients(gradients, blocked.slot, [&](std::int32_t, Eigen::Vector3f& gradient) {
       gradient = (blocked.root * gradient).eval();
     });
 }
 
 /// What cells have in common at a vertex behind the lattice.
-void LatticeSystem::couple_extra_vertices() {
+void LatticeSystem::couple_extra_vertices(const WeightedGradients& own, const WeightedGradients& neighbors) {
   for (const auto& incidences : layout_.extra_vertices)
-    for (std::size_t i = 0; i < incidences.size(); ++i)
-      for (std::size_t j = 0; j <= i; ++j) {
-        const LatticeLayout::Incidence &a = incidences[i], &b = incidences[j];
-        solver_.add(
-            layout_.irregular_cells[a.cell].slot, layout_.irregular_cells[b.cell].slot,
-            irregular_gradients_[a.cell].col(a.corner).dot(irregular_gradients_[b.cell].col(b.corner)));
-      }
+    for (const auto& [a, corner_a] : incidences)
+      for (const auto& [b, corner_b] : incidences)
+        solver_.add(layout_.irregular_cells[a].slot, layout_.irregular_cells[b].slot,
+                    own.irregular[a].col(corner_a).dot(neighbors.irregular[b].col(corner_b)));
 }
 
 void LatticeSystem::add_irregular_forces(const PointArray& points, double factor) {

@@ -15,11 +15,13 @@ LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
   for (auto* array : {&inverse_sixfold_, &errors_, &inverse_masses_})
     *array = AlignedArray<double>(layout_.slots);
   for (auto* array : {&sign_, &root_weights_}) *array = AlignedArray<float>(layout_.slots);
-  gradient_values_ = AlignedArray<float>(24 * layout_.slots);
-  for (int k = 0; k < 24; ++k) gradients_.value[k] = gradient_values_.data() + k * layout_.slots;
+  for (auto* gradients : {&start_gradients_, &gradients_}) {
+    gradients->values = AlignedArray<float>(24 * layout_.slots);
+    for (int k = 0; k < 24; ++k) gradients->view.value[k] = gradients->values.data() + k * layout_.slots;
+    gradients->irregular.resize(layout_.irregular_cells.size());
+  }
   set_rest_volumes();
   set_masses();
-  irregular_gradients_.resize(layout_.irregular_cells.size());
 }
 
 void LatticeSystem::set_rest_volumes() {
@@ -70,6 +72,7 @@ void LatticeSystem::gather(const Coordinates& from, PointArray& to) const {
 void LatticeSystem::load(const ProjectionRequest& request, const Coordinates& positions) {
   gather(request.start ? *request.start : positions, start_);
   gather(positions, x_);
+  start_gradients_valid_ = false;
   unblock();
   load_carriers(request.carriers);
   block(request.blocked);
@@ -123,21 +126,30 @@ void LatticeSystem::accept(double t) {
   for (std::size_t i = 0; i < carriers_.size(); ++i) carriers_[i].motion += t * carrier_steps_[i];
 }
 
-void LatticeSystem::linearize(Directions directions) {
-  if (directions == Directions::start)
-    for (const LatticeLayout::Slab& slab : layout_.slabs)
-      kernels_.middle(as_runs(slab.nodes), start_.view(), x_.view(), trial_.view());
-  const PointArray& points = directions == Directions::start ? trial_ : x_;
+void LatticeSystem::set_gradients(const PointArray& points, WeightedGradients& gradients,
+                                  std::vector<CarrierRows::Row> CarrierRows::*carrier_rows) {
   for (const LatticeLayout::Slab& slab : layout_.slabs)
     kernels_.gradients(as_runs(slab.cells), layout_.strides, points.view(), sign_.data(),
-                       root_weights_.data(), 1.0 / length_, gradients_);
-  set_irregular_gradients(points);
-  set_carrier_rows();
-  weigh_blocked_gradients();
+                       root_weights_.data(), 1.0 / length_, gradients.view);
+  set_irregular_gradients(points, gradients);
+  set_carrier_rows(gradients, carrier_rows);
+  weigh_blocked_gradients(gradients);
+}
+
+void LatticeSystem::linearize(Directions directions) {
+  if (directions == Directions::start && !start_gradients_valid_) {
+    set_gradients(start_, start_gradients_, &CarrierRows::start);
+    start_gradients_valid_ = true;
+  }
+  set_gradients(x_, gradients_, &CarrierRows::own);
+  if (directions == Directions::current)
+    for (CarrierRows& carrier : solver_.carriers()) carrier.start = carrier.own;
+  const WeightedGradients& neighbors = directions == Directions::start ? start_gradients_ : gradients_;
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    stencil_kernels().assemble(as_runs(slab.cells), layout_.strides, gradients_, solver_.stencil());
-  couple_extra_vertices();
-  solver_.prepare(face_areas(points));
+    stencil_kernels().assemble(as_runs(slab.cells), layout_.strides, gradients_.view, neighbors.view,
+                               solver_.stencil());
+  couple_extra_vertices(gradients_, neighbors);
+  solver_.prepare(face_areas(x_));
 }
 
 /// Squared face areas of the mean cell, of some cells spread over the body.
@@ -205,7 +217,7 @@ std::int64_t LatticeSystem::worst_cell() const {
 }
 
 std::int64_t LatticeSystem::bytes() const {
-  return 6 * x_.bytes() + 3 * errors_.bytes() + 3 * sign_.bytes() + gradient_values_.bytes() +
+  return 6 * x_.bytes() + 3 * errors_.bytes() + 3 * sign_.bytes() + 2 * gradients_.values.bytes() +
          static_cast<std::int64_t>(immovable_.size()) + solver_.bytes();
 }
 

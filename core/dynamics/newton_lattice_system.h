@@ -53,10 +53,19 @@ class LatticeSystem final : public NewtonSystem {
     Vec3 force;            ///< Jᵀμ
   };
 
+  /// Times the roots of the inverse masses.
+  struct WeightedGradients {
+    AlignedArray<float> values;
+    Gradients view{};
+    std::vector<Eigen::Matrix<float, 3, 8>> irregular;  ///< a column a corner
+  };
+
   void set_rest_volumes();
   void set_masses();
   std::int32_t slot(std::int32_t particle) const { return layout_.vertex_slots[particle]; }
   void gather(const Coordinates& from, PointArray& to) const;
+  void set_gradients(const PointArray& points, WeightedGradients& gradients,
+                     std::vector<CarrierRows::Row> CarrierRows::*carrier_rows);
   CellCorners corners(const LatticeLayout::IrregularCell& cell, const PointArray& points) const;
   std::array<double, 3> face_areas(const PointArray& points) const;
 
@@ -66,11 +75,11 @@ class LatticeSystem final : public NewtonSystem {
   void load_carriers(std::span<RigidCarrier> carriers);
   std::int64_t count_rowless() const;
   template <class Visit>
-  void visit_gradients(std::int32_t vertex_slot, const Visit& visit);
-  void set_irregular_gradients(const PointArray& points);
-  void set_carrier_rows();
-  void weigh_blocked_gradients();
-  void couple_extra_vertices();
+  void visit_gradients(WeightedGradients& gradients, std::int32_t vertex_slot, const Visit& visit);
+  void set_irregular_gradients(const PointArray& points, WeightedGradients& gradients);
+  void set_carrier_rows(WeightedGradients& gradients, std::vector<CarrierRows::Row> CarrierRows::*rows);
+  void weigh_blocked_gradients(WeightedGradients& gradients);
+  void couple_extra_vertices(const WeightedGradients& own, const WeightedGradients& neighbors);
   void add_irregular_forces(const PointArray& points, double factor);
   void read_blocked_forces();
   void move_blocked_particles();
@@ -85,12 +94,12 @@ class LatticeSystem final : public NewtonSystem {
 
   PointArray start_, x_, trial_, direction_, lower_, upper_;
   AlignedArray<double> inverse_sixfold_, errors_, inverse_masses_;
-  AlignedArray<float> sign_, root_weights_, residual_weights_, gradient_values_;
-  Gradients gradients_{};
+  AlignedArray<float> sign_, root_weights_, residual_weights_;
+  WeightedGradients start_gradients_, gradients_;
+  bool start_gradients_valid_ = false;
   StencilSolver solver_;
 
   std::vector<double> irregular_rest_volumes_;
-  std::vector<Eigen::Matrix<float, 3, 8>> irregular_gradients_;  ///< weighted, a column a corner
   std::vector<Blocked> blocked_;
   std::span<Vec3> blocked_forces_;    ///< of the request
   std::span<RigidCarrier> carriers_;  ///< of the request

@@ -1,7 +1,7 @@
 #include "core/dynamics/newton_kernels.h"
 #include "core/dynamics/newton_wide.h"
 
-// Kernels of the conjugate gradients, in float, where products and sums may contract.
+// Kernels of the conjugate residuals, in float, where products and sums may contract.
 namespace isochor::newton::ISOCHOR_WIDE {
 namespace {
 
@@ -18,106 +18,94 @@ constexpr int shared_corner(int corner, Neighbor n) {
   return result;
 }
 
-template <int direction>
-inline void assemble_entry(std::int64_t slot, Strides strides, const Gradients& gradients,
-                           const Stencil& stencil) {
-  constexpr Neighbor neighbor = successors[direction];
-  const std::int64_t other = slot + neighbor.offset(strides);
+template <int k>
+inline void assemble_entry(std::int64_t slot, Strides strides, const Gradients& own,
+                           const Gradients& neighbors, const Stencil& stencil) {
+  constexpr Neighbor n = neighbor(k);
+  const std::int64_t other = slot + n.offset(strides);
   Floats result{};
 #pragma GCC unroll 8
   for (int b = 0; b < 8; ++b) {
-    const int c = shared_corner(b, neighbor);
+    const int c = shared_corner(b, n);
     if (c < 0) continue;
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis)
-      result += load(gradients.value[3 * b + axis] + slot) * load(gradients.value[3 * c + axis] + other);
+      result += load(own.value[3 * b + axis] + slot) * load(neighbors.value[3 * c + axis] + other);
   }
-  store(stencil.entry[direction] + slot, result);
+  store(stencil.entry[k] + slot, result);
 }
 
-template <int... directions>
-inline void assemble_entries(std::int64_t slot, Strides strides, const Gradients& gradients,
-                             const Stencil& stencil) {
-  (assemble_entry<directions>(slot, strides, gradients, stencil), ...);
+template <int... ks>
+inline void assemble_entries(std::int64_t slot, Strides strides, const Gradients& own,
+                             const Gradients& neighbors, const Stencil& stencil) {
+  (assemble_entry<ks>(slot, strides, own, neighbors, stencil), ...);
 }
 
-void assemble(Runs runs, Strides strides, Gradients gradients, Stencil stencil) {
+void assemble(Runs runs, Strides strides, Gradients own, Gradients neighbors, Stencil stencil) {
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes)
-      assemble_entries<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13>(s, strides, gradients, stencil);
+      assemble_entries<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23,
+                       24, 25, 26>(s, strides, own, neighbors, stencil);
 }
 
-double apply(Runs runs, Strides strides, Stencil stencil, const float* search, float* image) {
+void apply(Runs runs, Strides strides, Stencil stencil, const float* z, float* image,
+           const EarlierDirections& earlier, double* products) {
   std::int64_t offsets[stencil_size];
-  for (int k = 0; k < stencil_size; ++k) offsets[k] = successors[k].offset(strides);
-  Floats curvature{};
+  for (int k = 0; k < stencil_size; ++k) offsets[k] = neighbor(k).offset(strides);
+  Floats sums[depth] = {};
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
-      const Floats center = load(search + s);
-      Floats ahead = load(stencil.entry[0] + s) * center, behind{};
-#pragma GCC unroll 13
-      for (int k = 1; k < stencil_size; ++k) {
-        ahead += load(stencil.entry[k] + s) * load(search + s + offsets[k]);
-        behind += load(stencil.entry[k] + s - offsets[k]) * load(search + s - offsets[k]);
-      }
-      const Floats result = ahead + behind;
+      Floats partial[3] = {};
+#pragma GCC unroll 27
+      for (int k = 0; k < stencil_size; ++k)
+        partial[k % 3] += load(stencil.entry[k] + s) * load(z + s + offsets[k]);
+      const Floats result = partial[0] + partial[1] + partial[2];
       store(image + s, result);
-      curvature += center * result;
+      for (int i = 0; i < earlier.count; ++i) sums[i] += result * load(earlier.at[i].preconditioned + s);
     }
-  return sum(curvature);
+  for (int i = 0; i < depth; ++i) products[i] = sum(sums[i]);
 }
 
-float advance(Runs runs, float alpha, const float* search, const float* image, const float* scale,
-              const float* weight, float* solution, float* residual, float* scaled) {
+void combine(Runs runs, const EarlierDirections& earlier, const float* factors, const float* z,
+             Direction direction, const float* scale, float* scaled) {
+  for (std::int64_t r = 0; r < runs.count; ++r)
+    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
+      Floats search = load(z + s), image = load(direction.image + s);
+      for (int i = 0; i < earlier.count; ++i) {
+        search -= factors[i] * load(earlier.at[i].search + s);
+        image -= factors[i] * load(earlier.at[i].image + s);
+      }
+      store(direction.search + s, search);
+      store(direction.image + s, image);
+      store(scaled + s, load(scale + s) * image);
+    }
+}
+
+Products precondition(Runs runs, Direction direction, const float* scale, const float* z) {
+  Floats with_itself{}, with_residual{};
+  for (std::int64_t r = 0; r < runs.count; ++r)
+    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
+      const Floats image = load(direction.image + s);
+      const Floats scaled = load(scale + s) * load(direction.preconditioned + s);
+      store(direction.preconditioned + s, scaled);
+      with_itself += image * scaled;
+      with_residual += image * load(z + s);
+    }
+  return {sum(with_itself), sum(with_residual)};
+}
+
+float advance(Runs runs, float alpha, Direction direction, const float* weight, float* solution,
+              float* residual, float* z) {
   Floats worst{};
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
-      store(solution + s, load(solution + s) + alpha * load(search + s));
-      const Floats rest = load(residual + s) - alpha * load(image + s);
+      store(solution + s, load(solution + s) + alpha * load(direction.search + s));
+      store(z + s, load(z + s) - alpha * load(direction.preconditioned + s));
+      const Floats rest = load(residual + s) - alpha * load(direction.image + s);
       store(residual + s, rest);
-      store(scaled + s, load(scale + s) * rest);
       worst = maximum(worst, absolute(load(weight + s) * rest));
     }
   return largest(worst);
-}
-
-double precondition(Runs runs, const float* scale, const float* residual, float* z) {
-  Floats product{};
-  for (std::int64_t r = 0; r < runs.count; ++r)
-    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
-      const Floats scaled = load(scale + s) * load(z + s);
-      store(z + s, scaled);
-      product += scaled * load(residual + s);
-    }
-  return sum(product);
-}
-
-void turn(Runs runs, float beta, const float* z, float* search) {
-  for (std::int64_t r = 0; r < runs.count; ++r)
-    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes)
-      store(search + s, load(z + s) + beta * load(search + s));
-}
-
-DiagonalStep advance_diagonal(Runs runs, float alpha, const float* search, const float* image,
-                              const float* inverse_diagonal, const float* weight, float* solution,
-                              float* residual) {
-  Floats product{}, worst{};
-  for (std::int64_t r = 0; r < runs.count; ++r)
-    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
-      store(solution + s, load(solution + s) + alpha * load(search + s));
-      const Floats rest = load(residual + s) - alpha * load(image + s);
-      store(residual + s, rest);
-      product += load(inverse_diagonal + s) * rest * rest;
-      worst = maximum(worst, absolute(load(weight + s) * rest));
-    }
-  return {sum(product), largest(worst)};
-}
-
-void turn_diagonal(Runs runs, float beta, const float* inverse_diagonal, const float* residual,
-                   float* search) {
-  for (std::int64_t r = 0; r < runs.count; ++r)
-    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes)
-      store(search + s, load(inverse_diagonal + s) * load(residual + s) + beta * load(search + s));
 }
 
 /// height rows of width vectors of C = A·B, kept in registers over the inner dimension.
@@ -176,7 +164,7 @@ void solve_columns(const ColumnSolve& solve) {
 }  // namespace
 
 extern const StencilKernels stencil_kernels_table;
-const StencilKernels stencil_kernels_table{assemble,         apply,         advance,  precondition, turn,
-                                           advance_diagonal, turn_diagonal, multiply, solve_columns};
+const StencilKernels stencil_kernels_table{assemble, apply,    combine,      precondition,
+                                           advance,  multiply, solve_columns};
 
 }  // namespace isochor::newton::ISOCHOR_WIDE

@@ -13,8 +13,10 @@ constexpr float collapsed = 1e-10F;
 StencilSolver::StencilSolver(const LatticeLayout& layout, const AlignedArray<float>& weights)
     : layout_(layout), weights_(weights), entries_(stencil_size * layout.slots) {
   for (int k = 0; k < stencil_size; ++k) stencil_.entry[k] = entries_.data() + k * layout.slots;
-  for (auto* array : {&solution_, &residual_, &scaled_, &z_, &search_, &image_, &box_diagonal_, &scale_})
+  for (auto* array : {&solution_, &residual_, &scaled_, &z_, &box_diagonal_, &scale_})
     *array = AlignedArray<float>(layout.slots);
+  for (auto& direction : directions_)
+    for (auto& array : direction) array = AlignedArray<float>(layout.slots);
   const auto [nx, ny, nz] = layout.size;
   if (std::max({nx, ny, nz}) <= FastDiagonalization::longest) box_.emplace(layout);
   for (const std::int32_t slot : layout.cell_slots) {
@@ -27,10 +29,9 @@ StencilSolver::StencilSolver(const LatticeLayout& layout, const AlignedArray<flo
   }
 }
 
-void StencilSolver::add(std::int32_t a, std::int32_t b, float value) {
-  const std::int64_t first = std::min(a, b), distance = std::max(a, b) - first;
+void StencilSolver::add(std::int32_t cell, std::int32_t other, float value) {
   for (int k = 0; k < stencil_size; ++k)
-    if (distance == successors[k].offset(layout_.strides)) stencil_.entry[k][first] += value;
+    if (other - cell == neighbor(k).offset(layout_.strides)) stencil_.entry[k][cell] += value;
 }
 
 void StencilSolver::prepare(const std::array<double, 3>& areas) {
@@ -38,97 +39,114 @@ void StencilSolver::prepare(const std::array<double, 3>& areas) {
   for (const LatticeLayout::Slab& slab : layout_.slabs)
     for (const Run& run : slab.cells)
       for (std::int32_t s = run.begin; s < run.end; ++s) {
-        const float diagonal = stencil_.entry[0][s], reference = box_diagonal_[s];
+        const float diagonal = stencil_.entry[stencil_center][s], reference = box_diagonal_[s];
         const bool present = diagonal > collapsed * reference && std::isfinite(diagonal);
-        scale_[s] = present ? (box_ ? std::sqrt(reference / diagonal) : 1.0F / diagonal) : 0.0F;
+        scale_[s] = present ? std::sqrt(reference / diagonal) : 0.0F;
       }
 }
 
-double StencilSolver::apply() {
-  double product = 0.0;
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    product += stencil_kernels().apply(as_runs(slab.cells), layout_.strides, stencil_, search_.data(),
-                                       image_.data());
-  return product + apply_carriers();
+Direction StencilSolver::direction(int i) const {
+  const auto& [search, image, preconditioned] = directions_[i % (depth + 1)];
+  return {search.data(), image.data(), preconditioned.data()};
 }
 
-double StencilSolver::apply_carriers() {
-  double product = 0.0;
-  for (const CarrierRows& carrier : carriers_) {
-    Eigen::Matrix<float, 6, 1> pull = Eigen::Matrix<float, 6, 1>::Zero();
-    for (const CarrierRows::Row& row : carrier.rows) pull += search_[row.slot] * row.pull;
-    const Eigen::Matrix<float, 6, 1> motion = carrier.inverse_mass * pull;
-    for (const CarrierRows::Row& row : carrier.rows) image_[row.slot] += row.pull.dot(motion);
-    product += pull.dot(motion);
-  }
-  return product;
-}
-
-/// Moves along the search direction and preconditions the new residual.
-StencilSolver::Progress StencilSolver::advance(float alpha) {
-  Progress progress;
-  const auto& kernels = stencil_kernels();
+void StencilSolver::apply(const EarlierDirections& earlier, float* image, double* products) {
+  std::fill_n(products, depth, 0.0);
   for (const LatticeLayout::Slab& slab : layout_.slabs) {
-    if (box_) {
-      progress.worst =
-          std::max(progress.worst,
-                   kernels.advance(as_runs(slab.cells), alpha, search_.data(), image_.data(), scale_.data(),
-                                   weights_.data(), solution_.data(), residual_.data(), scaled_.data()));
-    } else {
-      const DiagonalStep step =
-          kernels.advance_diagonal(as_runs(slab.cells), alpha, search_.data(), image_.data(), scale_.data(),
-                                   weights_.data(), solution_.data(), residual_.data());
-      progress.product += step.product;
-      progress.worst = std::max(progress.worst, step.worst);
+    double partial[depth];
+    stencil_kernels().apply(as_runs(slab.cells), layout_.strides, stencil_, z_.data(), image, earlier,
+                            partial);
+    for (int i = 0; i < depth; ++i) products[i] += partial[i];
+  }
+  apply_carriers(earlier, image, products);
+}
+
+void StencilSolver::apply_carriers(const EarlierDirections& earlier, float* image, double* products) {
+  for (const CarrierRows& carrier : carriers_) {
+    CarrierRows::Vector pull = CarrierRows::Vector::Zero();
+    for (const CarrierRows::Row& row : carrier.start) pull += z_[row.slot] * row.pull;
+    const CarrierRows::Vector motion = carrier.inverse_mass * pull;
+    for (const CarrierRows::Row& row : carrier.own) {
+      const float change = row.pull.dot(motion);
+      image[row.slot] += change;
+      for (int i = 0; i < earlier.count; ++i)
+        products[i] += double{change} * earlier.at[i].preconditioned[row.slot];
     }
   }
-  if (!box_) return progress;
-  box_->apply(scaled_.data(), z_.data());
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    progress.product += kernels.precondition(as_runs(slab.cells), scale_.data(), residual_.data(), z_.data());
-  return progress;
 }
 
-/// The next search direction.
-void StencilSolver::turn(float beta) {
+/// direction.preconditioned = P·direction.image, of which scaled_ is the half done.
+Products StencilSolver::precondition(const Direction& direction) {
+  if (box_)
+    box_->apply(scaled_.data(), direction.preconditioned);
+  else
+    for (const LatticeLayout::Slab& slab : layout_.slabs)
+      for (const Run& run : slab.cells)
+        std::copy(scaled_.data() + run.begin, scaled_.data() + run.end, direction.preconditioned + run.begin);
+  Products sum{};
   for (const LatticeLayout::Slab& slab : layout_.slabs) {
-    if (box_)
-      stencil_kernels().turn(as_runs(slab.cells), beta, z_.data(), search_.data());
-    else
-      stencil_kernels().turn_diagonal(as_runs(slab.cells), beta, scale_.data(), residual_.data(),
-                                      search_.data());
+    const Products part =
+        stencil_kernels().precondition(as_runs(slab.cells), direction, scale_.data(), z_.data());
+    sum.with_itself += part.with_itself;
+    sum.with_residual += part.with_residual;
   }
+  return sum;
+}
+
+float StencilSolver::advance(float alpha, const Direction& direction) {
+  float worst = 0.0F;
+  for (const LatticeLayout::Slab& slab : layout_.slabs)
+    worst = std::max(worst, stencil_kernels().advance(as_runs(slab.cells), alpha, direction, weights_.data(),
+                                                      solution_.data(), residual_.data(), z_.data()));
+  return worst;
+}
+
+/// z = P·residual, solution zero.
+void StencilSolver::start() {
+  for (const LatticeLayout::Slab& slab : layout_.slabs)
+    for (const Run& run : slab.cells)
+      for (std::int32_t s = run.begin; s < run.end; ++s) {
+        solution_[s] = 0.0F;
+        if (scale_[s] == 0.0F) residual_[s] = 0.0F;
+        scaled_[s] = scale_[s] * residual_[s];
+      }
+  precondition({nullptr, residual_.data(), z_.data()});
 }
 
 int StencilSolver::solve(double tolerance) {
   // Slow progress is no reason to stop, but none at all is: then the rows contradict each other.
   constexpr int patience = 100, most_iterations = 3000;
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    for (const Run& run : slab.cells)
-      for (std::int32_t s = run.begin; s < run.end; ++s) {
-        solution_[s] = search_[s] = image_[s] = 0.0F;
-        if (scale_[s] == 0.0F) residual_[s] = 0.0F;
-      }
-  Progress progress = advance(0.0F);
-  turn(0.0F);
-  const auto goal = static_cast<float>(tolerance) * progress.worst;
-  float best = progress.worst;
+  start();
+  float worst = advance(0.0F, direction(0));
+  const auto goal = static_cast<float>(tolerance) * worst;
+  float best = worst;
+  EarlierDirections earlier{};
+  double norms[depth] = {};  // of the earlier directions
   int iteration = 0, since_best = 0;
-  while (progress.worst > goal && iteration < most_iterations && since_best < patience) {
+  while (worst > goal && iteration < most_iterations && since_best < patience) {
+    const Direction next = direction(iteration);
+    double products[depth];
+    apply(earlier, next.image, products);
+    float factors[depth];
+    for (int i = 0; i < earlier.count; ++i) factors[i] = static_cast<float>(products[i] / norms[i]);
+    for (const LatticeLayout::Slab& slab : layout_.slabs)
+      stencil_kernels().combine(as_runs(slab.cells), earlier, factors, z_.data(), next, scale_.data(),
+                                scaled_.data());
+    const Products product = precondition(next);
+    if (!(product.with_itself > 0.0) || !std::isfinite(product.with_itself)) break;
+    worst = advance(static_cast<float>(product.with_residual / product.with_itself), next);
+    earlier.at[iteration % depth] = next;
+    norms[iteration % depth] = product.with_itself;
+    earlier.count = std::min(earlier.count + 1, depth);
     ++iteration;
-    const double curvature = apply(), before = progress.product;
-    if (!(curvature > 0.0) || !std::isfinite(curvature)) break;
-    progress = advance(static_cast<float>(before / curvature));
-    if (!(progress.product > 0.0)) break;
-    turn(static_cast<float>(progress.product / before));
-    since_best = progress.worst < 0.9F * best ? 0 : since_best + 1;
-    best = std::min(best, progress.worst);
+    since_best = worst < 0.9F * best ? 0 : since_best + 1;
+    best = std::min(best, worst);
   }
   return iteration;
 }
 
 std::int64_t StencilSolver::bytes() const {
-  return entries_.bytes() + 8 * solution_.bytes() + (box_ ? box_->bytes() : 0);
+  return entries_.bytes() + (6 + 3 * (depth + 1)) * solution_.bytes() + (box_ ? box_->bytes() : 0);
 }
 
 }  // namespace isochor::newton

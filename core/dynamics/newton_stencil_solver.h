@@ -6,26 +6,31 @@
 
 namespace isochor::newton {
 
-/// A rigid body's part of J W Jᵀ, (JB) W₆ (JB)ᵀ: for each cell that touches a carried particle its row of JB.
+/// A rigid body's part of J W J₀ᵀ, (JB) W₆ (J₀B)ᵀ: for each cell that touches a carried particle its rows of
+/// JB and J₀B.
 struct CarrierRows {
+  using Vector = Eigen::Matrix<float, 6, 1>;
   struct Row {
     std::int32_t slot;
-    Eigen::Matrix<float, 6, 1> pull;
+    Vector pull;
   };
-  std::vector<Row> rows;
+  std::vector<Row> own, start;
   Eigen::Matrix<float, 6, 6> inverse_mass;
 };
 
-/// Conjugate gradients in float on a 27-point stencil over the lattice, preconditioned by fast
-/// diagonalisation on the bounding box where that pays, else by the diagonal.
+/// Solves J W J₀ᵀ μ = b in float by conjugate residuals, as a 27-point stencil over the lattice. The matrix
+/// is as unsymmetric as the gradients have turned since the start of the step: each direction is made
+/// orthogonal to the last few (truncated GCR [Eisenstat, Elman & Schultz 1983]; with a symmetric matrix one
+/// would do). Preconditioned by fast diagonalisation on the bounding box where that pays, else by the
+/// diagonal.
 class StencilSolver {
  public:
   /// weights: of a cell's residual where the largest is looked for.
   StencilSolver(const LatticeLayout& layout, const AlignedArray<float>& weights);
 
   const Stencil& stencil() const { return stencil_; }
-  /// Adds to the entry of two cells that are the same or neighbours.
-  void add(std::int32_t a, std::int32_t b, float value);
+  /// Adds to the entry of a cell and itself or a neighbour.
+  void add(std::int32_t cell, std::int32_t neighbor, float value);
   std::vector<CarrierRows>& carriers() { return carriers_; }
   /// To be called when the stencil has changed. areas: of the mean cell's faces, squared.
   void prepare(const std::array<double, 3>& areas);
@@ -38,23 +43,22 @@ class StencilSolver {
   std::int64_t bytes() const;
 
  private:
-  struct Progress {
-    double product = 0.0;  ///< residual·z
-    float worst = 0.0F;
-  };
-  double apply();
-  Progress advance(float alpha);
-  void turn(float beta);
-  double apply_carriers();
+  Direction direction(int i) const;
+  void start();
+  void apply(const EarlierDirections& earlier, float* image, double* products);
+  void apply_carriers(const EarlierDirections& earlier, float* image, double* products);
+  Products precondition(const Direction& direction);
+  float advance(float alpha, const Direction& direction);
 
   const LatticeLayout& layout_;
   const AlignedArray<float>& weights_;
   Stencil stencil_{};
   std::vector<CarrierRows> carriers_;
   std::optional<FastDiagonalization> box_;
-  AlignedArray<float> entries_, solution_, residual_, scaled_, z_, search_, image_;
+  AlignedArray<float> entries_, solution_, residual_, scaled_, z_;
+  std::array<std::array<AlignedArray<float>, 3>, depth + 1> directions_;
   AlignedArray<float> box_diagonal_;
-  AlignedArray<float> scale_;  ///< with box_: √(diagonal of the box / diagonal), else 1/diagonal
+  AlignedArray<float> scale_;  ///< √(diagonal of the box / diagonal), or √(1/diagonal)
 };
 
 }  // namespace isochor::newton

@@ -30,10 +30,9 @@ class NewtonSystem {
   virtual VolumeErrors evaluate(double t) = 0;
   virtual void accept(double t) = 0;
 
-  /// Assembles J W Jᵀ. For Directions::start it stands for J(x) W J(start)ᵀ, which is not symmetric: taken at
-  /// the midpoint of start and x it agrees to second order but for the part that a rotation makes.
+  /// Assembles J(x) W Jᵀ with Jᵀ taken at the directions; from the start it is not symmetric.
   virtual void linearize(Directions directions) = 0;
-  /// Solves J W Jᵀ μ = −C(x) until the largest residual is tolerance times the largest error. Returns the
+  /// Solves that times μ = −C(x) until the largest residual is tolerance times the largest error. Returns the
   /// iterations.
   virtual int solve(double tolerance) = 0;
   /// d = W Jᵀ μ.
