@@ -2,6 +2,7 @@
 #include <atomic>
 #include <functional>
 #include <string_view>
+#include <utility>
 
 #include "core/common/error.h"
 
@@ -23,6 +24,8 @@ class Progress {
     if (sink_) sink_(phase, fraction);
   }
   bool cancelled() const { return cancel_ && cancel_->load(std::memory_order_relaxed); }
+  /// Reports to another sink, cancelled together with this one.
+  Progress with_sink(Sink sink) const { return Progress(std::move(sink), cancel_); }
   /// Cheap enough for every few milliseconds of work.
   void throw_if_cancelled() const {
     if (cancelled()) throw Error(ErrorCode::cancelled, "cancelled");

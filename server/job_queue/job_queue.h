@@ -1,0 +1,77 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/common/progress.h"
+#include "server/job_queue/guarded.h"
+#include "server/job_queue/worker_pool.h"
+
+namespace isochor {
+
+enum class JobStatus { queued, running, done, failed, cancelled };
+std::string_view status_name(JobStatus status);
+
+/// What can be seen of a job: a value.
+struct JobView {
+  std::string id, kind;
+  JobStatus status = JobStatus::queued;
+  std::string phase;
+  double fraction = 0.0;
+  std::optional<double> eta_s;
+  std::string result, problem;  ///< JSON texts, empty while there is none
+  bool ended() const { return status != JobStatus::queued && status != JobStatus::running; }
+};
+
+/// Long work, in the order asked for. Its progress can be asked at any time, and it can be cancelled at any
+/// time: the work polls its Progress. Ended jobs are remembered, the oldest forgotten.
+class JobQueue {
+ public:
+  /// Returns the result as JSON text; its Progress takes the fraction of the whole.
+  using Work = std::function<std::string(Progress&)>;
+
+  /// on_end is called from a worker's thread after each job's end.
+  JobQueue(int threads, std::function<void()> on_end);
+  ~JobQueue();  ///< cancels all
+
+  /// Throws over_budget when too many wait.
+  JobView submit(std::string kind, Work work);
+  JobView add_done(std::string kind, std::string result);  ///< when the result is there already
+  /// nullopt: unknown, or forgotten (an id below next_id).
+  std::optional<JobView> find(const std::string& id) const;
+  std::int64_t next_id() const;
+  std::vector<JobView> all() const;
+  bool cancel(const std::string& id);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Job {
+    JobView view;
+    Work work;
+    Clock::time_point started;
+    std::atomic<bool> cancelled{false};
+  };
+  struct Table {
+    std::map<std::string, std::shared_ptr<Job>> jobs;
+    std::deque<std::string> ended;
+    std::int64_t next = 1;
+  };
+
+  std::shared_ptr<Job> add(std::string kind, JobStatus status);
+  void run(Job& job);
+  void end(Job& job, JobStatus status, std::string result, std::string problem);
+  static void forget_oldest(Table& table);
+
+  std::function<void()> on_end_;
+  Guarded<Table> table_;
+  WorkerPool pool_;  ///< last: its threads use the rest
+};
+
+}  // namespace isochor
