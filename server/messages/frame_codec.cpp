@@ -14,48 +14,6 @@ using namespace std::string_view_literals;
 constexpr std::array encodings{std::pair{Encoding::f32, "f32"sv}, std::pair{Encoding::f64, "f64"sv},
                                std::pair{Encoding::array, "array"sv}};
 
-/// {"key":value,…} with as many calls as there are members.
-class ObjectWriter {
- public:
-  explicit ObjectWriter(std::string& out) : out_(out) { out_ += '{'; }
-  ~ObjectWriter() { out_ += '}'; }
-  ObjectWriter(const ObjectWriter&) = delete;
-  ObjectWriter& operator=(const ObjectWriter&) = delete;
-
-  std::string& key(std::string_view name) {
-    if (out_.back() != '{') out_ += ',';
-    out_ += '"';
-    out_ += name;
-    out_ += "\":";
-    return out_;
-  }
-  template <class T>
-  void member(std::string_view name, const T& value) {
-    append_json(key(name), value);
-  }
-  void member(std::string_view name, bool value) { key(name) += value ? "true" : "false"; }
-  void member(std::string_view name, int value) { append_json(key(name), std::int64_t{value}); }
-  void member(std::string_view name, const std::string& value) {
-    append_json(key(name), std::string_view(value));
-  }
-  void member(std::string_view name, const char* value) { append_json(key(name), std::string_view(value)); }
-
- private:
-  std::string& out_;
-};
-
-template <class Range, class Write>
-void append_list(std::string& out, const Range& items, const Write& write) {
-  out += '[';
-  bool first = true;
-  for (const auto& item : items) {
-    if (!first) out += ',';
-    first = false;
-    write(item);
-  }
-  out += ']';
-}
-
 template <std::size_t N>
 void append_tuple(std::string& out, const std::array<std::int32_t, N>& tuple) {
   append_list(out, tuple, [&](std::int32_t index) { append_json(out, std::int64_t{index}); });
@@ -154,7 +112,7 @@ struct ShapeWriter {
 };
 
 void append_rigid(ObjectWriter& object, const BodyTopology& body) {
-  if (body.shape) std::visit(ShapeWriter{object.key("shape")}, *body.shape);
+  object.key("shape") += encode_shape(body);
   object.member("scale", body.scale);
   if (!body.model) return;
   append_points_as<double>(object.key("rest_positions"), body.model->soup->positions, false);
@@ -228,6 +186,15 @@ std::string encode_metrics(const Metrics& metrics) {
   return out;
 }
 
+std::string encode_shape(const BodyTopology& body) {
+  std::string out;
+  if (body.shape)
+    std::visit(ShapeWriter{out}, *body.shape);
+  else
+    out = "null";
+  return out;
+}
+
 std::string encode_bodies(std::span<const BodyTopology> bodies, Encoding encoding) {
   std::string out;
   append_list(out, bodies, [&](const BodyTopology& body) {
@@ -243,29 +210,32 @@ std::string encode_bodies(std::span<const BodyTopology> bodies, Encoding encodin
   return out;
 }
 
-std::string encode_hello(const Simulation& simulation, const HelloOptions& options) {
+HelloFacts hello_facts(const Simulation& simulation) {
+  return {simulation.scene(), simulation.plan(), simulation.topology()};
+}
+
+std::string encode_hello(const HelloFacts& facts, const HelloOptions& options) {
   return line("hello", [&](ObjectWriter& object) {
-    const Scene& scene = simulation.scene();
     if (!options.simulation_id.empty()) object.member("simulation", options.simulation_id);
-    object.member("name", scene.name);
-    object.member("frame_rate", scene.frame_rate);
+    object.member("name", facts.scene.name);
+    object.member("frame_rate", facts.scene.frame_rate);
     std::string& out = object.key("duration");
-    if (scene.duration)
-      append_json(out, *scene.duration);
+    if (facts.scene.duration)
+      append_json(out, *facts.scene.duration);
     else
       out += "null";
-    object.member("gravity", scene.gravity);
+    object.member("gravity", facts.scene.gravity);
     object.member("encoding", encoding_name(options.encoding));
-    object.key("plan") += encode_plan(simulation.plan());
+    object.key("plan") += encode_plan(facts.plan);
     if (options.topology_url.empty())
-      object.key("bodies") += encode_bodies(simulation.topology(), options.encoding);
+      object.key("bodies") += encode_bodies(facts.bodies, options.encoding);
     else
       object.member("topology", options.topology_url);
   });
 }
 
 std::string encode_hello(const Simulation& simulation, Encoding encoding) {
-  return encode_hello(simulation,
+  return encode_hello(hello_facts(simulation),
                       HelloOptions{.encoding = encoding, .simulation_id = {}, .topology_url = {}});
 }
 

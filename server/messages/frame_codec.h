@@ -31,7 +31,14 @@ struct HelloOptions {
   std::string simulation_id;  ///< empty in a recording
   std::string topology_url;   ///< empty: the bodies stand inside the line
 };
-std::string encode_hello(const Simulation& simulation, const HelloOptions& options);
+/// What it says, apart from the simulation, whose thread goes on.
+struct HelloFacts {
+  Scene scene;
+  std::vector<PlannedPhase> plan;
+  std::vector<BodyTopology> bodies;
+};
+HelloFacts hello_facts(const Simulation& simulation);
+std::string encode_hello(const HelloFacts& facts, const HelloOptions& options);
 std::string encode_hello(const Simulation& simulation, Encoding encoding);  ///< of a recording
 
 /// A frame for one reader is a head of its own and a tail that all readers share.
@@ -47,6 +54,8 @@ std::string encode_end(std::string_view reason, std::int64_t seq);
 /// [{"name","included","reason","bytes","ms"}, …]
 std::string encode_plan(std::span<const PlannedPhase> plan);
 std::string encode_metrics(const Metrics& metrics);
+/// {"sphere":{"radius":0.5}}, as in scenes.
+std::string encode_shape(const BodyTopology& body);
 /// [{"id","name","type",…}, …]: tets, cells and surface as nested numbers; rest_positions and masses in
 /// double precision (plain numbers with Encoding::array). A rigid body has its shape instead.
 std::string encode_bodies(std::span<const BodyTopology> bodies, Encoding encoding);

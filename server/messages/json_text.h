@@ -42,4 +42,47 @@ void append_typed_array(std::string& out, std::span<const T> values, int columns
   detail::append_typed_array(out, dtype_name<T>(), std::as_bytes(values), sizeof(T), columns);
 }
 
+/// {"key":value,…} with as many calls as there are members.
+class ObjectWriter {
+ public:
+  explicit ObjectWriter(std::string& out) : out_(out) { out_ += '{'; }
+  ~ObjectWriter() { out_ += '}'; }
+  ObjectWriter(const ObjectWriter&) = delete;
+  ObjectWriter& operator=(const ObjectWriter&) = delete;
+
+  std::string& key(std::string_view name) {
+    if (out_.back() != '{') out_ += ',';
+    out_ += '"';
+    out_ += name;
+    out_ += "\":";
+    return out_;
+  }
+  template <class T>
+  void member(std::string_view name, const T& value) {
+    append_json(key(name), value);
+  }
+  void member(std::string_view name, bool value) { key(name) += value ? "true" : "false"; }
+  void member(std::string_view name, int value) { append_json(key(name), std::int64_t{value}); }
+  void member(std::string_view name, const std::string& value) {
+    append_json(key(name), std::string_view(value));
+  }
+  void member(std::string_view name, const char* value) { append_json(key(name), std::string_view(value)); }
+
+ private:
+  std::string& out_;
+};
+
+/// [item,…]
+template <class Range, class Write>
+void append_list(std::string& out, const Range& items, const Write& write) {
+  out += '[';
+  bool first = true;
+  for (const auto& item : items) {
+    if (!first) out += ',';
+    first = false;
+    write(item);
+  }
+  out += ']';
+}
+
 }  // namespace isochor

@@ -84,7 +84,7 @@ TEST_F(FrameCodec, HelloOfARecordingHoldsTheWholeTopology) {
 
 TEST_F(FrameCodec, HelloOfAStreamNamesTheTopologyInstead) {
   const json hello =
-      parse_line(encode_hello(simulation_, {.encoding = Encoding::array,
+      parse_line(encode_hello(hello_facts(simulation_), {.encoding = Encoding::array,
                                             .simulation_id = "s1",
                                             .topology_url = "/api/v1/simulations/s1/topology"}));
   EXPECT_EQ(hello["simulation"], "s1");
