@@ -1,0 +1,83 @@
+#include "server/http/access.h"
+
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/common/error.h"
+
+namespace isochor {
+namespace {
+
+std::vector<std::string> values(const Head& head, std::string_view name) {
+  std::vector<std::string> found;
+  for (const auto& [field, value] : head.fields)
+    if (field == name) found.push_back(value);
+  return found;
+}
+
+std::optional<Refusal> check_host(const std::vector<std::string>& hosts, const AccessPolicy& policy) {
+  if (hosts.size() != 1) return Refusal{400, "host", "exactly one Host is needed", ""};
+  const bool known = policy.hosts.empty() ? !hosts.front().empty()
+                                          : std::find(policy.hosts.begin(), policy.hosts.end(),
+                                                      hosts.front()) != policy.hosts.end();
+  if (known) return std::nullopt;
+  return Refusal{421, "host", "this server does not answer to that Host",
+                 "use the URL that the server printed"};
+}
+
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+  unsigned difference = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return difference == 0;
+}
+
+}  // namespace
+
+AccessPolicy loopback_policy(int port, std::string token) {
+  AccessPolicy policy;
+  policy.token = std::move(token);
+  for (const std::string host : {"127.0.0.1", "localhost", "[::1]"}) {
+    policy.hosts.push_back(host + ":" + std::to_string(port));
+    if (port == 80) policy.hosts.push_back(host);
+  }
+  return policy;
+}
+
+std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy) {
+  const auto hosts = values(head, "host");
+  if (auto refusal = check_host(hosts, policy)) return refusal;
+  for (const std::string& origin : values(head, "origin"))
+    if (origin != "http://" + hosts.front())
+      return Refusal{403, "origin", "requests from other origins are refused",
+                     "open the page that this server serves"};
+  for (const std::string& site : values(head, "sec-fetch-site"))
+    if (site != "same-origin" && site != "none")
+      return Refusal{403, "cross_site", "requests that another site caused are refused",
+                     "type the address into the browser instead"};
+  return std::nullopt;
+}
+
+std::optional<Refusal> check_token(const Head& head, const AccessPolicy& policy) {
+  const auto given = values(head, "authorization");
+  if (given.size() == 1 && equal_in_constant_time(given.front(), "Bearer " + policy.token))
+    return std::nullopt;
+  return Refusal{401, "token", "a request that changes state needs this launch's token",
+                 "send Authorization: Bearer with the token that the server printed or put into its page"};
+}
+
+std::string make_token() {
+  std::array<unsigned char, 32> bytes;
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    throw Error(ErrorCode::internal, "no random bytes for the token");
+  std::string token;
+  for (const unsigned char byte : bytes) {
+    token += "0123456789abcdef"[byte >> 4];
+    token += "0123456789abcdef"[byte & 15];
+  }
+  return token;
+}
+
+}  // namespace isochor

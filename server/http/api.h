@@ -1,0 +1,53 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/http/router.h"
+#include "server/http/samples.h"
+#include "server/http/shared_texts.h"
+#include "server/job_queue/job_queue.h"
+#include "server/store/catalog.h"
+#include "server/store/simulations.h"
+
+namespace isochor {
+
+/// What the handlers share.
+struct Api {
+  Api(Samples samples_, std::shared_ptr<Waker> waker_, std::int64_t memory_limit_);
+
+  Samples samples;
+  std::shared_ptr<Waker> waker;
+  std::int64_t memory_limit;
+  Catalog catalog;
+  SharedTexts texts;  ///< large answers under way
+  Simulations simulations;
+  JobQueue jobs;
+};
+
+// The table of routes, by resource.
+std::vector<Route> meta_routes(Api& api);
+std::vector<Route> sample_routes(Api& api);
+std::vector<Route> mesh_routes(Api& api);
+std::vector<Route> model_routes(Api& api);
+std::vector<Route> job_routes(Api& api);
+std::vector<Route> simulation_routes(Api& api);
+/// All of them, and /openapi.json and /docs made from them.
+std::vector<Route> api_routes(Api& api);
+
+inline constexpr std::string_view api_base = "/api/v1";
+
+/// Reads a mesh and puts it into the catalog. Throws cannot_read, unsupported_format, empty_result.
+std::shared_ptr<StoredMesh> store_mesh(Api& api, const std::string& name, const std::string& format,
+                                       std::string_view bytes, bool& added);
+/// The model of a mesh with these options: the stored one, or a new one. Throws what the stages throw.
+std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
+                                              const MeshingOptions& options, bool preview,
+                                              Progress& progress);
+/// Mesh shapes named by a sample, a mesh id or a model id become models; a name from outside is never a path.
+void resolve_meshes(Api& api, Scene& scene, Progress& progress);
+
+/// Answers once the job has ended, or after the wait, then with unfinished_status.
+Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status);
+
+}  // namespace isochor

@@ -1,0 +1,220 @@
+#include "server/http/connection.h"
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+#include "server/http/http_library.h"
+
+namespace isochor {
+namespace {
+
+constexpr std::size_t read_size = 64 * 1024;
+/// Of what a refused sender still sends, so that it gets to read why.
+constexpr std::size_t max_discarded = 1 << 20;
+
+void set_option(int socket, int level, int name, int value) {
+  setsockopt(socket, level, name, &value, sizeof value);
+}
+
+/// −1: nothing there now; 0: the peer has ended.
+ssize_t receive(int socket, char* to, std::size_t size) {
+  const ssize_t got = recv(socket, to, size, 0);
+  if (got >= 0) return got;
+  return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? -1 : 0;
+}
+
+}  // namespace
+
+Connection::Connection(int socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now)
+    : socket_(socket), id_(id), limits_(limits), opened_(now), deadline_(now + limits.head) {
+  set_option(socket_, IPPROTO_TCP, TCP_NODELAY, 1);
+  // Bounds what the kernel holds for a slow reader, and lets newer frames replace what was not sent yet.
+  set_option(socket_, SOL_SOCKET, SO_SNDBUF, 256 * 1024);
+}
+
+Connection::~Connection() {
+  close();
+}
+
+void Connection::close() {
+  if (state_ == State::closed) return;
+  ::close(socket_);
+  state_ = State::closed;
+  stream_.reset();
+  pending_.reset();
+  output_ = {};
+  input_ = {};
+}
+
+bool Connection::on_readable(const Service& service, Clock::time_point now) {
+  if (state_ == State::head) return read_head(service, now);
+  if (state_ == State::body) return read_body();
+  discard_input();
+  return false;
+}
+
+bool Connection::read_head(const Service& service, Clock::time_point now) {
+  std::array<char, max_head_bytes> buffer;
+  const ssize_t got = receive(socket_, buffer.data(), buffer.size());
+  if (got == 0) close();
+  if (got <= 0) return false;
+  const std::size_t searched = input_.size();
+  input_.append(buffer.data(), static_cast<std::size_t>(got));
+
+  const std::size_t length = head_length(input_, searched);
+  if (length == std::string::npos || length > max_head_bytes) {
+    if (input_.size() > max_head_bytes)
+      respond(problem_response(Refusal{431, "head_too_large", "the head exceeds 16 KiB", ""}), now);
+    return false;
+  }
+  auto admitted = service.admit(std::string_view(input_).substr(0, length));
+  if (auto* refusal = std::get_if<Response>(&admitted)) {
+    respond(std::move(*refusal), now);
+    return false;
+  }
+  admission_ = std::move(std::get<Admission>(admitted));
+  head_only_ = admission_.head_only;
+  if (admission_.expects_continue)
+    send(socket_, "HTTP/1.1 100 Continue\r\n\r\n", 25, MSG_NOSIGNAL | MSG_DONTWAIT);
+  state_ = State::body;
+  deadline_ = now + limits_.body;
+  std::string& body = admission_.request.body;
+  body.reserve(admission_.body_bytes);  // not touched, so not resident, until it is received
+  body.append(input_, length, admission_.body_bytes);
+  input_ = {};
+  return body.size() == admission_.body_bytes || read_body();
+}
+
+bool Connection::read_body() {
+  std::array<char, read_size> buffer;
+  std::string& body = admission_.request.body;
+  const std::size_t missing = admission_.body_bytes - body.size();
+  const ssize_t got = receive(socket_, buffer.data(), std::min(buffer.size(), missing));
+  if (got == 0) close();
+  if (got <= 0) return false;
+  body.append(buffer.data(), static_cast<std::size_t>(got));
+  return body.size() == admission_.body_bytes;
+}
+
+/// The reader of a stream that ends its side is gone.
+void Connection::discard_input() {
+  std::array<char, read_size> buffer;
+  const ssize_t got = receive(socket_, buffer.data(), buffer.size());
+  if (got > 0) discarded_ += static_cast<std::size_t>(got);
+  if (got == 0 || discarded_ > max_discarded) close();
+}
+
+Admission Connection::take_admission() {
+  state_ = State::working;
+  return std::move(admission_);
+}
+
+void Connection::respond(Response response, Clock::time_point now) {
+  if (closed()) return;
+  if (response.pending) {
+    pending_ = std::move(response.pending);
+    state_ = State::parked;
+    return on_wake(now);
+  }
+  pending_.reset();
+  add_security_headers(response);
+  output_ = {};
+  output_.head = format_head(response);
+  if (!head_only_) {
+    output_.body = std::move(response.body);
+    stream_ = std::move(response.stream);
+  }
+  state_ = stream_ ? State::streaming : State::writing;
+  opened_ = now;
+  deadline_ = now + limits_.stalled_write;
+  on_writable(now);
+}
+
+void Connection::on_writable(Clock::time_point now) {
+  has_more_ = false;
+  write(now);
+  if (state_ == State::streaming && !has_output()) pull(now);
+}
+
+void Connection::on_wake(Clock::time_point now) {
+  if (state_ == State::parked) {
+    if (auto answer = pending_->poll(now >= pending_->deadline)) respond(std::move(*answer), now);
+  } else if (state_ == State::streaming && !has_output()) {
+    pull(now);
+  }
+}
+
+void Connection::write(Clock::time_point now) {
+  while (has_output()) {
+    std::array<iovec, 3> parts;
+    msghdr message{};
+    message.msg_iov = parts.data();
+    message.msg_iovlen = output_.remaining(parts);
+    const ssize_t sent = sendmsg(socket_, &message, MSG_NOSIGNAL);
+    if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
+    if (sent < 0) return close();
+    output_.sent += static_cast<std::size_t>(sent);
+    deadline_ = now + limits_.stalled_write;
+  }
+  output_ = {};
+  if (state_ == State::writing) finish(now);
+}
+
+std::size_t Connection::Output::remaining(std::array<iovec, 3>& parts) const {
+  std::size_t count = 0, skip = sent;
+  for (const std::string_view part :
+       {std::string_view(head), body ? std::string_view(*body) : std::string_view(),
+        std::string_view(tail)}) {
+    if (skip < part.size()) parts[count++] = {const_cast<char*>(part.data()) + skip, part.size() - skip};
+    skip -= std::min(skip, part.size());
+  }
+  return count;
+}
+
+void Connection::pull(Clock::time_point now) {
+  const auto turn_end = Clock::now() + std::chrono::milliseconds(2);
+  while (state_ == State::streaming && !has_output()) {
+    StreamPiece piece = stream_->next(now);
+    if (piece.empty()) {
+      if (!stream_->finished()) return;
+      state_ = State::writing;
+      output_.tail = "0\r\n\r\n";
+    } else {
+      output_.head = fmt::format("{:x}\r\n", piece.size()) + piece.own;
+      output_.body = std::move(piece.shared);
+      output_.tail = std::move(piece.end) + "\r\n";
+    }
+    write(now);
+    has_more_ = Clock::now() > turn_end;
+    if (has_more_) return;
+  }
+}
+
+/// The peer may still be sending: closing at once would reset the connection and take the answer with it.
+void Connection::finish(Clock::time_point now) {
+  shutdown(socket_, SHUT_WR);
+  state_ = State::lingering;
+  stream_.reset();
+  deadline_ = now + limits_.linger;
+}
+
+void Connection::on_tick(Clock::time_point now) {
+  if (state_ == State::parked || state_ == State::streaming) on_wake(now);
+  if (state_ == State::working || state_ == State::parked) return;
+  if (state_ == State::streaming && !has_output()) return;
+  if (now >= deadline_ || (state_ == State::writing && now >= opened_ + limits_.whole_answer)) time_out(now);
+}
+
+void Connection::time_out(Clock::time_point now) {
+  const bool reads = (state_ == State::head && !input_.empty()) || state_ == State::body;
+  if (!reads) return close();
+  respond(problem_response(Refusal{408, "timeout", "the request did not arrive in time", ""}), now);
+}
+
+}  // namespace isochor

@@ -1,0 +1,94 @@
+#pragma once
+#include <sys/uio.h>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/http/service.h"
+
+namespace isochor {
+
+using Clock = std::chrono::steady_clock;
+
+/// Bounds in time. A stalled reader is one whose kernel buffer took nothing for that long.
+struct ConnectionLimits {
+  std::chrono::milliseconds head{5000}, body{60000}, stalled_write{30000}, whole_answer{300000}, linger{1000};
+};
+
+/// One request on one socket, as a state machine of the front's thread: it never blocks, and holds no thread
+/// while a peer is slow.
+class Connection {
+ public:
+  enum class State { head, body, working, parked, writing, streaming, lingering, closed };
+
+  Connection(int socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now);
+  ~Connection();
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  /// Reads what is there. True when the request is whole: the caller answers at once, or takes it to a
+  /// worker.
+  bool on_readable(const Service& service, Clock::time_point now);
+  void on_writable(Clock::time_point now);
+  /// Deadlines.
+  void on_tick(Clock::time_point now);
+  /// Something changed elsewhere: asks the parked answer, or for the next piece of the stream.
+  void on_wake(Clock::time_point now);
+
+  /// The whole request, for a worker; the connection waits for respond().
+  Admission take_admission();
+  void respond(Response response, Clock::time_point now);
+  void close();
+
+  State state() const { return state_; }
+  bool closed() const { return state_ == State::closed; }
+  bool wants_read() const {
+    return state_ == State::head || state_ == State::body || state_ == State::streaming ||
+           state_ == State::lingering;
+  }
+  bool wants_write() const { return has_output() || has_more_; }
+  std::uint64_t id() const { return id_; }
+  int socket() const { return socket_; }
+  Clock::time_point opened() const { return opened_; }
+  std::size_t buffered_head() const { return state_ == State::head ? input_.size() : 0; }
+  std::size_t declared_body() const { return state_ == State::body ? admission_.body_bytes : 0; }
+
+ private:
+  /// At most three pieces are under way: an own one, a shared one, and the chunk's end.
+  struct Output {
+    std::string head;
+    SharedBytes body;
+    std::string tail;
+    std::size_t sent = 0;
+    std::size_t size() const { return head.size() + (body ? body->size() : 0) + tail.size(); }
+    std::size_t remaining(std::array<iovec, 3>& parts) const;
+  };
+
+  bool has_output() const { return output_.sent < output_.size(); }
+  bool read_head(const Service& service, Clock::time_point now);
+  bool read_body();
+  void discard_input();
+  void write(Clock::time_point now);
+  void pull(Clock::time_point now);
+  void finish(Clock::time_point now);
+  void time_out(Clock::time_point now);
+
+  int socket_;
+  std::uint64_t id_;
+  const ConnectionLimits& limits_;
+  State state_ = State::head;
+  bool head_only_ = false;
+  bool has_more_ = false;  ///< the stream was interrupted to let others have their turn
+  std::size_t discarded_ = 0;
+  Clock::time_point opened_, deadline_;
+  std::string input_;
+  Admission admission_;
+  Output output_;
+  std::shared_ptr<ByteSource> stream_;
+  std::shared_ptr<PendingAnswer> pending_;
+};
+
+}  // namespace isochor

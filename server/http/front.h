@@ -1,0 +1,69 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "server/http/connection.h"
+#include "server/http/listener.h"
+#include "server/job_queue/guarded.h"
+#include "server/job_queue/worker_pool.h"
+#include "server/stream/waker.h"
+
+namespace isochor {
+
+struct FrontLimits {
+  ConnectionLimits connection;
+  std::size_t connections = 2048;
+  std::size_t buffered_heads = std::size_t{4} << 20;   ///< bytes of heads that are still incomplete
+  std::size_t declared_bodies = std::size_t{2} << 30;  ///< bytes of bodies under way
+};
+
+/// Sockets on one side, request → response on the other: one thread and epoll. Workers see whole requests
+/// only, so that slow peers cost a descriptor and no thread.
+class Front {
+ public:
+  Front(Listener& listener, const Service& service, WorkerPool& workers, std::shared_ptr<Waker> waker,
+        const FrontLimits& limits = {});
+  ~Front();
+  Front(const Front&) = delete;
+  Front& operator=(const Front&) = delete;
+
+  /// Until stop(): then streams may end within the time given, and the rest is closed.
+  void run(std::chrono::milliseconds grace = std::chrono::milliseconds(500));
+  void stop();  ///< from any thread
+
+ private:
+  struct Entry {
+    std::unique_ptr<Connection> connection;
+    std::uint32_t interest = 0;
+  };
+  using Entries = std::map<std::uint64_t, Entry>;
+
+  void turn();
+  void accept_all(Clock::time_point now);
+  void make_room();
+  void handle(Entry& entry, std::uint32_t events, Clock::time_point now);
+  void dispatch(Connection& connection, Clock::time_point now);
+  void take_answers(Clock::time_point now);
+  void update(Entry& entry);
+  void sweep(Clock::time_point now);
+  bool draining() const;
+
+  Listener& listener_;
+  const Service& service_;
+  WorkerPool& workers_;
+  std::shared_ptr<Waker> waker_;
+  FrontLimits limits_;
+  int epoll_;
+  std::atomic<bool> stop_{false};
+  std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the listener and the waker
+  Entries entries_;
+  Clock::time_point last_tick_{};
+  struct Answers;
+  std::shared_ptr<Answers> answers_;  ///< shared with tasks that may outlive the front
+};
+
+}  // namespace isochor

@@ -1,0 +1,107 @@
+#include <array>
+
+#include "core/parameters/parameters.h"
+#include "server/http/api.h"
+#include "server/store/content_id.h"
+
+namespace isochor {
+namespace {
+
+using namespace std::string_view_literals;
+
+/// Share of a full run's time that has passed when a stage begins, for the fraction of the whole.
+constexpr std::array stage_starts{std::pair{"distance_field"sv, 0.0}, std::pair{"pseudo_volume"sv, 0.55},
+                                  std::pair{"lattice"sv, 0.70},       std::pair{"tetrahedra"sv, 0.72},
+                                  std::pair{"smoothing"sv, 0.75},     std::pair{"embedding"sv, 0.85},
+                                  std::pair{"quality"sv, 0.90},       std::pair{""sv, 1.0}};
+
+constexpr std::array format_names{"obj", "stl", "ply", "off", "glb"};  // in the order of MeshFormat
+
+double overall(std::string_view phase, double fraction) {
+  for (std::size_t i = 0; i + 1 < stage_starts.size(); ++i)
+    if (stage_starts[i].first == phase)
+      return stage_starts[i].second + fraction * (stage_starts[i + 1].second - stage_starts[i].second);
+  return 0.0;
+}
+
+/// A preview is coarse only where a full run would not be quick: the pipeline keeps its distance field, so
+/// moving anything else is.
+MeshingOptions coarser(MeshingOptions options) {
+  constexpr int preview_voxels = 64;
+  options.voxels = std::min(options.voxels, preview_voxels);
+  options.lattice.cells = std::min(options.lattice.cells, options.voxels / 2);
+  return options;
+}
+
+bool has_field(StoredMesh& mesh, const MeshingOptions& options) {
+  return mesh.remembered.with([&](const auto& models) {
+    const auto& full = models.front();
+    return full && full->options.voxels == options.voxels &&
+           required_padding(full->options.pseudo_volume) == required_padding(options.pseudo_volume);
+  });
+}
+
+}  // namespace
+
+std::shared_ptr<StoredMesh> store_mesh(Api& api, const std::string& name, const std::string& format,
+                                       std::string_view bytes, bool& added) {
+  const MeshFormat kind = mesh_format(format.empty() ? name : "mesh." + format);
+  Progress progress;
+  const std::string id = content_id("m", bytes);
+  if (api.catalog.has_mesh(id)) {
+    added = false;
+    return api.catalog.mesh(id);
+  }
+  auto soup =
+      std::make_shared<const TriangleSoup>(read_mesh(std::span(bytes.data(), bytes.size()), kind, progress));
+  auto mesh = std::make_shared<StoredMesh>(id, soup);
+  mesh->name = name.empty() ? "mesh." + format : name;
+  mesh->format = format_names[static_cast<std::size_t>(kind)];
+  mesh->file_bytes = static_cast<std::int64_t>(bytes.size());
+  mesh->report = inspect(*soup);
+  api.catalog.evict(api.simulations.bytes());
+  return api.catalog.add(std::move(mesh), added);
+}
+
+std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
+                                              const MeshingOptions& asked, bool preview, Progress& progress) {
+  const bool coarse = preview && !has_field(*mesh, asked);
+  const MeshingOptions options = coarse ? coarser(asked) : asked;
+  const std::string id = content_id("d", mesh->id + " " + describe(options));
+  if (auto known = api.catalog.find_model(id)) return known;
+  check_budget(*mesh->soup, options, api.memory_limit);
+  Progress whole = progress.with_sink(
+      [&](std::string_view phase, double fraction) { progress.report(phase, overall(phase, fraction)); });
+  auto& pipeline = coarse ? mesh->preview : mesh->full;
+  auto model = pipeline.with([&](AuthoringPipeline& stages) { return stages.run(options, whole); });
+  mesh->remembered.with([&](auto& models) { models[coarse ? 1 : 0] = model; });
+  api.catalog.evict(api.simulations.bytes());
+  return api.catalog.add({id, mesh->id, std::move(model)});
+}
+
+void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
+  const auto resolve = [&](auto& shape) {
+    const auto* named = std::get_if<MeshShape>(&shape);
+    if (!named) return;
+    const std::string name = named->file.generic_string();
+    if (name.starts_with('d')) {
+      if (const auto known = api.catalog.find_model(name)) {
+        shape = ModelShape{known->model};
+        return;
+      }
+    }
+    std::shared_ptr<StoredMesh> mesh;
+    bool added = false;
+    if (const Samples::Sample* sample = api.samples.mesh(name))
+      mesh = store_mesh(api, sample->file, {}, sample->text, added);
+    else if (api.catalog.has_mesh(name))
+      mesh = api.catalog.mesh(name);
+    else
+      throw Error(ErrorCode::invalid_argument, "no mesh '" + name + "'",
+                  "name a sample's file, the id of a mesh or the id of a model");
+    shape = ModelShape{make_model(api, mesh, named->meshing, false, progress)->model};
+  };
+  for (SceneBody& body : scene.bodies) std::visit([&](auto& kind) { resolve(kind.shape); }, body.kind);
+}
+
+}  // namespace isochor

@@ -1,0 +1,205 @@
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "core/export/export.h"
+#include "core/parameters/parameters.h"
+#include "server/http/api.h"
+#include "server/http/query.h"
+#include "server/http/service.h"
+#include "server/http/tar.h"
+#include "server/messages/api_messages.h"
+#include "server/messages/model_messages.h"
+#include "server/messages/request_messages.h"
+
+namespace isochor {
+namespace {
+
+std::string model_result(const StoredModel& model) {
+  return to_text({{"model_id", model.id}, {"model", stored_model_json(model)}});
+}
+
+Response post_model(Api& api, const Request& request) {
+  const ModelRequest wanted = read_model_request(request.body);
+  const std::int64_t wait_ms = query_integer(request, "wait_ms", 0, 0, 10000);
+  const auto mesh = api.catalog.mesh(wanted.mesh_id);
+  if (wanted.dry_run)
+    return Response::json(to_text({{"estimate", estimate_json(estimate(*mesh->soup, wanted.options))}}));
+  check_budget(*mesh->soup, wanted.options, api.memory_limit);
+  if (wanted.supersedes) api.jobs.cancel(*wanted.supersedes);
+  const JobView job = api.jobs.submit(
+      "model", [&api, mesh, options = wanted.options, preview = wanted.preview](Progress& progress) {
+        return model_result(*make_model(api, mesh, options, preview, progress));
+      });
+  return job_response(api, job.id, wait_ms, 202);
+}
+
+Response get_model(Api& api, const Request& request) {
+  const auto model = api.catalog.model(request.segment("id"));
+  Response response = Response::json(to_text(stored_model_json(*model)));
+  response.headers.emplace_back("ETag", '"' + model->id + '"');
+  return response;
+}
+
+/// A large answer of a model, shared by those who read it at the same time.
+Response bulk(Api& api, const Request& request, const std::string& what,
+              const std::function<std::string(const StoredModel&)>& encode) {
+  const auto model = api.catalog.model(request.segment("id"));
+  Response response;
+  response.body = api.texts.get(model->id + what, [&] { return encode(*model); });
+  response.headers.emplace_back("ETag", '"' + model->id + '"');
+  return response;
+}
+
+Response get_ray(Api& api, const Request& request) {
+  const auto model = api.catalog.model(request.segment("id"));
+  const Vec3 direction = query_vector(request, "direction");
+  const bool lattice =
+      (direction.array() == direction.array().round()).all() && direction.cwiseAbs().maxCoeff() <= 1.0;
+  const Vec3i steps = lattice ? Vec3i(direction.cast<int>()) : Vec3i::Zero();
+  return Response::json(encode_ray(*model, query_vector(request, "point"), steps));
+}
+
+/// One file as it is; a set of several as one archive, or one of them by its suffix.
+Response export_response(const std::string& stem, const ExportFormat& format, std::vector<ExportFile> files,
+                         const std::string* suffix) {
+  if (suffix) {
+    std::erase_if(files, [&](const ExportFile& file) { return file.name_suffix != *suffix; });
+    if (files.empty()) refuse(404, "not_found", "the set has no file with this suffix", "");
+  }
+  Response response;
+  std::string name = stem + files.front().name_suffix;
+  if (files.size() == 1) {
+    response.content_type = format.media_type;
+    response.body = std::make_shared<const std::string>(std::move(files.front().content));
+  } else {
+    for (ExportFile& file : files) file.name_suffix = stem + file.name_suffix;
+    name = fmt::format("{}-{}.tar", stem, format.name);
+    response.content_type = "application/x-tar";
+    response.body = std::make_shared<const std::string>(make_tar(files));
+  }
+  response.headers.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
+  return response;
+}
+
+/// File name characters that every system takes.
+std::string stem_of(const std::string& name) {
+  std::string stem = name.substr(0, name.rfind('.'));
+  stem = stem.substr(stem.find_last_of("/\\") + 1);
+  std::replace_if(
+      stem.begin(), stem.end(), [](unsigned char c) { return !std::isalnum(c) && c != '-' && c != '_'; },
+      '_');
+  return stem.empty() ? "model" : stem.substr(0, 64);
+}
+
+Response get_export(Api& api, const Request& request) {
+  const auto stored = api.catalog.model(request.segment("id"));
+  const ExportFormat& format = export_format(request.segment("format"));
+  const Model& model = *stored->model;
+  const ExportModel exported{
+      .mesh = model.mesh(), .embedding = model.embedding.get(), .comment = describe(model.options)};
+  const std::string name =
+      api.catalog.has_mesh(stored->mesh_id) ? api.catalog.mesh(stored->mesh_id)->name : "";
+  return export_response(stem_of(name), format, export_model(exported, format), request.parameter("file"));
+}
+
+Response list_models(const Api& api) {
+  Json models = Json::array();
+  for (const auto& model : api.catalog.models())
+    models.push_back(
+        {{"id", model->id}, {"mesh_id", model->mesh_id}, {"tets", model->model->mesh().tets.size()}});
+  return Response::json(to_text({{"models", models}}));
+}
+
+Response delete_model(Api& api, const Request& request) {
+  api.catalog.remove_model(request.segment("id"));
+  return Response::empty();
+}
+
+}  // namespace
+
+std::vector<Route> model_routes(Api& api) {
+  const auto to = [&](auto handler) { return [&api, handler](const Request& r) { return handler(api, r); }; };
+  return {
+      {.method = "GET",
+       .pattern = "/api/v1/models",
+       .operation = "listModels",
+       .summary = "All models",
+       .handler = [&](const Request&) { return list_models(api); },
+       .answers = {{200, "ModelList"}}},
+      {.method = "POST",
+       .pattern = "/api/v1/models",
+       .operation = "createModel",
+       .summary = "Mesh a mesh: a job whose result is a model",
+       .handler = to(post_model),
+       .answers = {{202, "Job"}, {200, "JobOrEstimate"}},
+       .body = BodyKind::json,
+       .body_schema = "ModelRequest",
+       .query = {{"wait_ms", R"({"type":"integer","minimum":0,"maximum":10000})",
+                  "Answer once the job has ended, or after this time"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}",
+       .operation = "getModel",
+       .summary = "A model: counts, quality, parameters, stages",
+       .handler = to(get_model),
+       .answers = {{200, "Model"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}/tets",
+       .operation = "getModelTets",
+       .summary = "Positions, tets, surface and cells",
+       .handler =
+           [&](const Request& r) {
+             const bool smoothed = query_boolean(r, "smoothed", true);
+             return bulk(api, r, smoothed ? "/tets" : "/lattice-tets",
+                         [&](const StoredModel& model) { return encode_tets(model, smoothed); });
+           },
+       .answers = {{200, "Tets"}},
+       .query = {{"smoothed", R"({"type":"boolean","default":true})", "false: as cut from the lattice"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}/quality",
+       .operation = "getModelQuality",
+       .summary = "Smallest dihedral angle and scaled Jacobian of each tet",
+       .handler = [&](const Request& r) { return bulk(api, r, "/quality", encode_quality); },
+       .answers = {{200, "Quality"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}/voxels",
+       .operation = "getModelVoxels",
+       .summary = "The pseudo volume's voxels, and the lattice's densities",
+       .handler =
+           [&](const Request& r) {
+             const bool shell = query_boolean(r, "shell", true);
+             return bulk(api, r, shell ? "/shell" : "/voxels",
+                         [&](const StoredModel& model) { return encode_voxels(model, shell); });
+           },
+       .answers = {{200, "Voxels"}},
+       .query = {{"shell", R"({"type":"boolean","default":true})", "false: also those within"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}/embedding",
+       .operation = "getModelEmbedding",
+       .summary = "Original vertices bound to tets",
+       .handler = [&](const Request& r) { return bulk(api, r, "/embedding", encode_embedding); },
+       .answers = {{200, "Embedding"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}/ray",
+       .operation = "getModelRay",
+       .summary = "P along a ray of the lattice",
+       .handler = to(get_ray),
+       .answers = {{200, "Ray"}},
+       .query = {{"point", R"({"type":"string"})", "x,y,z"},
+                 {"direction", R"({"type":"string"})", "i,j,k of -1, 0 and 1"}}},
+      {.method = "GET",
+       .pattern = "/api/v1/models/{id}/exports/{format}",
+       .operation = "exportModel",
+       .summary = "The model as a file",
+       .handler = to(get_export),
+       .answers = {{200, "", "application/octet-stream"}},
+       .query = {{"file", R"({"type":"string"})", "Suffix of one file of a set, e.g. .node"}}},
+      {.method = "DELETE",
+       .pattern = "/api/v1/models/{id}",
+       .operation = "deleteModel",
+       .summary = "Forget a model",
+       .handler = to(delete_model),
+       .answers = {{204, ""}}},
+  };
+}
+
+}  // namespace isochor

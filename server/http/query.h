@@ -1,0 +1,20 @@
+#pragma once
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "core/common/types.h"
+#include "server/http/message.h"
+
+namespace isochor {
+
+/// Values of a request's query, checked; a faulty one throws invalid_argument with the pointer "?name".
+std::int64_t query_integer(const Request& request, std::string_view name, std::int64_t fallback,
+                           std::int64_t min, std::int64_t max);
+bool query_boolean(const Request& request, std::string_view name, bool fallback);
+/// The index among the choices.
+std::size_t query_choice(const Request& request, std::string_view name,
+                         const std::vector<std::string_view>& choices, std::size_t fallback);
+Vec3 query_vector(const Request& request, std::string_view name);
+
+}  // namespace isochor
