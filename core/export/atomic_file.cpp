@@ -41,6 +41,11 @@ void sync_folder(const std::filesystem::path& file) {
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target) {
+  if (target_ == "-") {
+    descriptor_ = ::dup(STDOUT_FILENO);
+    if (descriptor_ < 0) fail(target_, errno);
+    return;
+  }
   struct stat status {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) fail(target_, EISDIR);

@@ -7,8 +7,8 @@
 namespace isochor {
 
 /// A file that appears whole or not at all: it is written beside its target and renamed over it by commit().
-/// Without a commit nothing is left. A target that is no regular file (a pipe, /dev/stdout) is written
-/// straight through. Throws cannot_write.
+/// Without a commit nothing is left. "-" is stdout; it, and a target that is no regular file (a pipe, a
+/// device), is written straight through. Throws cannot_write.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& target);

@@ -2,6 +2,7 @@
 
 #include "core/export/text.h"
 #include "core/export/writers.h"
+#include "core/quality/quality.h"
 
 namespace isochor {
 namespace {
@@ -18,6 +19,7 @@ void data_array(Text& text, std::string_view attributes, std::size_t count, cons
 
 void cell_data(Text& text, const TetMesh& mesh, std::span<const Vec3> positions) {
   const std::size_t count = mesh.tets.size();
+  const TetQuality quality = tet_quality(positions, mesh.tets);
   text << "<CellData>\n";
   data_array(text, "type=\"Int64\" Name=\"cell\"", count, [&](auto t) { text << t / 5; });
   data_array(text, "type=\"Int32\" Name=\"cell_coordinates\" NumberOfComponents=\"3\"", count,
@@ -26,6 +28,10 @@ void cell_data(Text& text, const TetMesh& mesh, std::span<const Vec3> positions)
     const Tet& v = mesh.tets[t];
     text << tet_volume(positions[v[0]], positions[v[1]], positions[v[2]], positions[v[3]]);
   });
+  data_array(text, "type=\"Float32\" Name=\"min_dihedral_deg\"", count,
+             [&](auto t) { text << quality.min_dihedral_deg[t]; });
+  data_array(text, "type=\"Float32\" Name=\"scaled_jacobian\"", count,
+             [&](auto t) { text << quality.scaled_jacobian[t]; });
   text << "</CellData>\n";
 }
 

@@ -1,14 +1,66 @@
 #include "server/cli/cli.h"
 
-#include <cstdio>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdio>
+#include <string_view>
+
+#include "server/build_info.h"
+#include "server/cli/commands.h"
+#include "server/messages/problem_messages.h"
 #include "server/problem.h"
 
 namespace isochor {
+namespace {
 
-int run_cli(int, char**) {
-  std::fputs("usage: isochor COMMAND\n", stderr);
-  return exit_usage;
+bool wants_json(int argc, char** argv) {
+  return std::any_of(argv + 1, argv + argc, [](std::string_view word) { return word == "--json"; });
+}
+
+/// One sentence and what to do next on stderr; with --json the problem document on stdout.
+int report(const Error& error, bool json) {
+  std::fputs(fmt::format("error: {}\n", error.what()).c_str(), stderr);
+  if (!error.hint().empty()) std::fputs(fmt::format("hint: {}\n", error.hint()).c_str(), stderr);
+  if (json) std::fputs((encode_problem(error) + "\n").c_str(), stdout);
+  return problem_mapping(error.code()).exit_code;
+}
+
+int report_usage(const CLI::App& app, const CLI::ParseError& error, bool json) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  return report(Error(ErrorCode::invalid_argument, error.what(), "see isochor --help"), json);
+}
+
+int run(CLI::App& app, CliContext& context, int argc, char** argv) {
+  const bool json = wants_json(argc, argv);
+  try {
+    app.parse(argc, argv);
+    context.run();
+    return context.exit_code;
+  } catch (const CLI::ParseError& error) {
+    return report_usage(app, error, json);
+  } catch (const Error& error) {
+    return report(error, json);
+  } catch (const std::bad_alloc&) {
+    return report(Error(ErrorCode::over_budget, "out of memory", "lower voxels or cells"), json);
+  } catch (const std::exception& error) {
+    return report(Error(ErrorCode::internal, error.what()), json);
+  }
+}
+
+}  // namespace
+
+int run_cli(int argc, char** argv) {
+  CLI::App app{"Tetrahedral models from any triangle mesh, simulated at constant volume", "isochor"};
+  app.set_version_flag("--version", "isochor " + build_info().version);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  CliContext context;
+  add_mesh_command(app, context);
+  add_info_command(app, context);
+  add_formats_command(app, context);
+  add_generate_command(app, context);
+  return run(app, context, argc, argv);
 }
 
 }  // namespace isochor

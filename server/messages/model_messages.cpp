@@ -81,6 +81,13 @@ Json stages_json(const Model& model) {
   return stages;
 }
 
+Json fixes_json(const Model& model) {
+  Json fixes = Json::array();
+  for (const Fix& fix : model.fixes)
+    fixes.push_back({{"warning", fix.warning}, {"parameter", fix.parameter}, {"value", fix.value}});
+  return fixes;
+}
+
 }  // namespace
 
 Json parameters_schema() {
@@ -147,7 +154,9 @@ Json model_json(const Model& model) {
           {"thresholds", thresholds_json(model.pseudo_volume->thresholds)},
           {"params", parameters_json(model.options)},
           {"stages", stages_json(model)},
-          {"warnings", model.warnings}};
+          {"quality_ms", model.quality_ms},
+          {"warnings", model.warnings},
+          {"fixes", fixes_json(model)}};
 }
 
 Json estimate_json(const Estimate& estimate) {

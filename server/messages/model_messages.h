@@ -17,7 +17,8 @@ Json parameters_json(const MeshingOptions& options);
 /// {vertices, triangles, components, bounds, area, closed, volume, defects: [{name, count, locations}]}
 Json mesh_report_json(const MeshReport& report);
 /// {params, cells, tets, vertices, components, volume, coverage, complete, inverted, min_dihedral_deg,
-/// min_scaled_jacobian, …, stages: [{name, ms, reused}], warnings}
+/// min_scaled_jacobian, …, stages: [{name, ms, reused}], warnings,
+/// fixes: [{warning, parameter, value}]}: values that cure the warning of that number
 Json model_json(const Model& model);
 Json estimate_json(const Estimate& estimate);
 

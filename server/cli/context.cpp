@@ -1,0 +1,95 @@
+#include "server/cli/context.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+#include "core/parallel/parallel.h"
+
+namespace isochor {
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+extern "C" void interrupt(int signal) {
+  // A second one ends a program that does not listen.
+  if (interrupted.exchange(true)) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
+
+void print_line(const std::string& text) {
+  std::fputs((text + "\n").c_str(), stderr);
+}
+
+}  // namespace
+
+void CliContext::print_json(const Json& document) const {
+  std::fputs((to_text(document, 2) + "\n").c_str(), stdout);
+  std::fflush(stdout);
+}
+
+void CliContext::note(const std::string& line) const {
+  if (!quiet) print_line(line);
+}
+
+void CliContext::detail(const std::string& line) const {
+  if (verbose && !quiet) print_line(line);
+}
+
+void CliContext::warning(const std::string& line) const {
+  if (!quiet) print_line("warning: " + line);
+}
+
+CLI::App* add_command(CLI::App& app, CliContext& context, const std::string& name,
+                      const std::string& description) {
+  CLI::App* command = app.add_subcommand(name, description);
+  command->add_flag("--json", context.json, "Print exactly one JSON document on stdout");
+  command->add_option("--threads", context.threads, "Threads to use; 0 is one a core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command->add_flag("-q,--quiet", context.quiet, "Print errors only");
+  command->add_flag("-v,--verbose", context.verbose, "Print more");
+  return command;
+}
+
+CommandProgress::CommandProgress(const CliContext& context)
+    : quiet_(context.quiet),
+      terminal_(::isatty(STDERR_FILENO) == 1),
+      progress_([this](std::string_view phase, double fraction) { show(phase, fraction); }, &interrupted) {
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
+  set_thread_count(context.threads);
+}
+
+CommandProgress::~CommandProgress() {
+  if (terminal_ && !quiet_ && drawn_percent_ >= 0) std::fputs("\r\033[K", stderr);
+}
+
+void CommandProgress::show(std::string_view phase, double fraction) {
+  if (quiet_) return;
+  if (terminal_) return draw(phase, fraction);
+  if (phase != phase_) print_line(std::string(phase));
+  phase_ = phase;
+}
+
+void CommandProgress::draw(std::string_view phase, double fraction) {
+  constexpr int width = 40;
+  const int percent = static_cast<int>(100.0 * fraction);
+  if (phase == phase_ && percent == drawn_percent_) return;
+  phase_ = phase;
+  drawn_percent_ = percent;
+  const int filled = std::clamp(static_cast<int>(width * fraction), 0, width);
+  std::fputs(
+      fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3d} % {}", "", filled, "", width - filled, percent, phase)
+          .c_str(),
+      stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace isochor

@@ -1,0 +1,109 @@
+"""What a terminal and a shell see: help, progress, Ctrl-C, man page, completion."""
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import time
+import unittest
+
+from program import MESHES, PROGRAM, ProgramTest
+
+TREE = MESHES / "tree.obj"
+LONG = ("mesh", TREE, "--voxels", "512", "--cells", "256", "--smoothing-iterations", "20")
+
+
+class Progress(ProgramTest):
+    def test_a_line_a_phase_where_there_is_no_terminal(self):
+        done = self.run_program("mesh", MESHES / "sphere.obj", "--voxels", "32", "--cells", "8")
+        lines = done.stderr.decode().splitlines()
+        for phase in ("distance_field", "pseudo_volume", "smoothing"):
+            self.assertEqual(lines.count(phase), 1, lines)
+        self.assertEqual(done.stdout, b"")
+        self.assertNotIn(b"\r", done.stderr)
+        self.assertEqual(self.run_program("mesh", MESHES / "sphere.obj", "--voxels", "32", "--cells", "8",
+                                          "-q").stderr, b"")
+
+    def test_a_bar_on_a_terminal(self):
+        main, side = pty.openpty()
+        child = subprocess.Popen([PROGRAM, "mesh", str(TREE), "--json"], stderr=side, stdout=subprocess.PIPE)
+        os.close(side)
+        drawn = b""
+        while True:
+            try:
+                data = os.read(main, 4096)
+            except OSError:
+                break
+            if not data:
+                break
+            drawn += data
+        json.loads(child.stdout.read())
+        child.stdout.close()
+        self.assertEqual(child.wait(), 0)
+        os.close(main)
+        self.assertRegex(drawn, rb"\r\x1b\[K\[#+\.*\] +\d+ % distance_field")
+
+
+class Interrupt(ProgramTest):
+    def interrupted(self, after, signal_number):
+        child = subprocess.Popen([PROGRAM, *map(str, LONG), "-o", str(self.folder / "out.msh"), "--json"],
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        time.sleep(after)
+        child.send_signal(signal_number)
+        out, error = child.communicate(timeout=60)
+        return child.returncode, out, error
+
+    def test_cancels_cleanly(self):
+        for after, number in ((0.5, signal.SIGINT), (1.0, signal.SIGTERM), (2.0, signal.SIGINT)):
+            with self.subTest(after):
+                code, out, error = self.interrupted(after, number)
+                self.assertEqual(code, 130, error)
+                self.assertEqual(json.loads(out)["code"], "cancelled")
+                self.assert_files()
+
+    def test_what_was_there_stays(self):
+        self.file("out.msh", "old")
+        self.assertEqual(self.interrupted(0.5, signal.SIGINT)[0], 130)
+        self.assertEqual((self.folder / "out.msh").read_text(), "old")
+        self.assert_files("out.msh")
+
+
+class Documentation(ProgramTest):
+    def test_help_and_version(self):
+        self.assertRegex(self.run_program("--version").stdout, rb"^isochor \d+\.\d+\.\d+\n$")
+        text = self.run_program("--help").stdout.decode()
+        for command in ("mesh", "info", "formats"):
+            self.assertIn(command, text)
+        self.assertNotIn("generate", text)
+        self.assertIn("--p-subs-voxels", self.run_program("mesh", "--help").stdout.decode())
+
+    def test_every_parameter_is_an_option(self):
+        params = self.run_json("mesh", MESHES / "cube.obj", "--voxels", "16", "--cells", "4")["params"]
+        text = self.run_program("mesh", "--help").stdout.decode()
+        for name in [*params, "p_in", "p_subs"]:
+            self.assertIn("--" + name.replace("_", "-"), text)
+
+    def test_the_man_page_is_sound_roff(self):
+        page = self.run_program("generate", "man").stdout
+        done = subprocess.run(["groff", "-man", "-Tutf8", "-ww"], input=page, capture_output=True)
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        text = re.sub(rb"\x1b\[\d+m|.\x08", b"", done.stdout).decode()
+        for word in ("NAME", "MESH", "--smoothing-iterations", "EXIT STATUS"):
+            self.assertIn(word, text)
+
+    def test_completion(self):
+        script = self.file("completion.bash", self.run_program("generate", "bash-completion").stdout.decode())
+
+        def complete(*words):
+            code = (f"source {script}; COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _isochor; "
+                    'echo "${COMPREPLY[@]}"')
+            return subprocess.run(["bash", "-c", code], capture_output=True, check=True).stdout.decode().split()
+
+        self.assertEqual(complete("isochor", "me"), ["mesh"])
+        self.assertEqual(complete("isochor", "mesh", "--smoothing-i"), ["--smoothing-iterations"])
+        self.assertIn("--json", complete("isochor", "formats", "--"))
+
+
+if __name__ == "__main__":
+    unittest.main()
