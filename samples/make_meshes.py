@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Writes the sample meshes into meshes/: python3 make_meshes.py. The same bytes every time; y is up."""
+import itertools
 import math
 import random
 from pathlib import Path
@@ -147,20 +148,30 @@ def cube():
     soup.write("cube.obj", "A cube of edge length 1 about the origin.")
 
 
-def jack():
-    """Six arms around a cube: sharp corners, closed, and its own mirror image in x, y and z."""
+def union_of_boxes(planes, inside):
+    """The closed boundary of those boxes between the planes of each axis that are inside."""
+    counts = [len(p) - 1 for p in planes]
+    kept = {c for c in itertools.product(*map(range, counts)) if inside(*c)}
     soup, index = Soup(), {}
-    for axis in range(3):
-        for side in (0, 1):
-            low, high = [-0.15] * 3, [0.15] * 3
-            low[axis], high[axis] = (0.15, 0.5) if side else (-0.5, -0.15)
-            corners, faces = box(low, high)
-            del faces[2 * axis + 1 - side]  # the arm is open towards the centre
-            for corner in corners:
-                index.setdefault(corner, len(index))
-            soup.faces += [[index[corners[vertex]] for vertex in face] for face in faces]
+    for cell in sorted(kept):
+        corners, faces = box(tuple(planes[a][cell[a]] for a in range(3)), tuple(planes[a][cell[a] + 1] for a in range(3)))
+        for side, face in enumerate(faces):
+            neighbour = list(cell)
+            neighbour[side // 2] += 2 * (side % 2) - 1
+            if tuple(neighbour) in kept:
+                continue
+            soup.faces.append([index.setdefault(corners[corner], len(index)) for corner in face])
     soup.positions = list(index)
-    soup.write("jack.obj", "Six arms around the origin; symmetric in x, y and z.")
+    return soup
+
+
+def table():
+    """Legs three cells of 1/24 wide: each is symmetric about planes through the middle of its cells."""
+    cell = 1 / 24
+    across = [-12 * cell, -10 * cell, -7 * cell, 7 * cell, 10 * cell, 12 * cell]
+    up = [0.0, 12 * cell, 16 * cell]
+    soup = union_of_boxes([across, up, across], lambda i, j, k: j == 1 or (i in (1, 3) and k in (1, 3)))
+    soup.write("table.obj", "A table: sharp corners, and legs that are symmetric each by itself.")
 
 
 def sphere(subdivisions=3, radius=0.5):
@@ -209,5 +220,5 @@ def torus(around=48, across=24, major=0.35, minor=0.15):
 
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for make in (tree, cube, sphere, torus, jack):
+    for make in (tree, cube, sphere, torus, table):
         make()

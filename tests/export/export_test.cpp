@@ -153,7 +153,9 @@ TEST_F(Export, BoundaryFormatsEncloseTheSameVolume) {
 }
 
 TEST_F(Export, EmbeddingBindsEachVertexToFourOfTheModel) {
-  const Embedding embedding{{0, 7}, {{0.25F, 0.25F, 0.25F, 0.25F}, {1.5F, -0.5F, 0, 0}}, 1, 0.1};
+  Embedding embedding;
+  embedding.tet = {0, 7};
+  embedding.weights = {{0.25F, 0.25F, 0.25F, 0.25F}, {1.5F, -0.5F, 0, 0}};
   EXPECT_THROW(export_model(model_, export_format("embedding")), Error);
   model_.embedding = &embedding;
   const auto json = nlohmann::json::parse(export_model(model_, export_format("embedding"))[0].content);
@@ -164,7 +166,9 @@ TEST_F(Export, EmbeddingBindsEachVertexToFourOfTheModel) {
 }
 
 TEST_F(Export, TheSameModelGivesTheSameBytesWithTheParametersInside) {
-  const Embedding embedding{{0}, {{1, 0, 0, 0}}, 0, 0.0};
+  Embedding embedding;
+  embedding.tet = {0};
+  embedding.weights = {{1, 0, 0, 0}};
   model_.embedding = &embedding;
   const TetMesh copy = bent_model();
   for (const ExportFormat& format : export_formats()) {
