@@ -6,7 +6,7 @@ import {words} from '../ui/format.js';
 export function header(app) {
   const {store, meshing} = app;
   const name = h('span', {class: 'mesh-name'});
-  meshing.addEventListener('mesh', () => name.textContent = meshing.mesh.name ?? '');
+  meshing.addEventListener('mesh', () => name.textContent = app.stem());
   const picker = h('input', {type: 'file', accept: '.obj,.stl,.ply,.off,.glb,.ndjson,.json', hidden: true, 'aria-label': 'Mesh file'});
   picker.addEventListener('change', () => picker.files[0] && app.open_file(picker.files[0]));
   const undo = button('', () => app.undo(), {name: 'undo', label: 'Undo'});
@@ -43,7 +43,7 @@ const logo = () => svg('svg', {viewBox: '0 0 32 32', 'aria-hidden': 'true'},
 
 const sample_items = app => [
   {heading: 'Meshes'},
-  ...app.samples.meshes.map(({name}) => ({title: words(name), run: () => app.open_sample(name)})),
+  ...app.samples.meshes.map(({name, title, meaning}) => ({title: title ?? words(name), note: meaning, run: () => app.open_sample(name)})),
   ...app.samples.scenes.length ? [{heading: 'Scenes'}] : [],
   ...app.samples.scenes.map(scene => ({title: scene.title ?? words(scene.name), run: () => app.open_scene(scene)})),
 ];

@@ -1,4 +1,5 @@
 import {h} from '../ui/dom.js';
+import {button} from '../ui/fields.js';
 import {bytes, count, number, percent} from '../ui/format.js';
 import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
@@ -20,7 +21,8 @@ export const panel = (title, ...content) =>
   h('section', {class: 'panel', 'aria-label': title},
     h('details', {open: true}, h('summary', {}, h('h2', {}, title)), h('div', {class: 'body'}, content)));
 
-function model_facts({meshing}) {
+function model_facts(app) {
+  const {meshing} = app;
   const facts = h('dl', {class: 'facts'});
   const warnings = h('ul', {class: 'warnings'});
   meshing.addEventListener('model', () => {
@@ -30,7 +32,8 @@ function model_facts({meshing}) {
       ['Smallest dihedral', `${number(model.min_dihedral_deg)}°`], ['Worst scaled Jacobian', number(model.min_scaled_jacobian)],
       ['Inverted', count(model.inverted)], ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
     facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
-    warnings.replaceChildren(...(model.warnings ?? []).map(warning => h('li', {}, warning.message ?? warning)));
+    warnings.replaceChildren(...(model.warnings ?? []).map(warning => h('li', {}, h('p', {}, warning),
+      app.ways_from_text(warning).map(({title, run}) => button(title, run)))));
   });
   return [facts, warnings];
 }

@@ -1,5 +1,6 @@
 import uPlot from '../uplot.js';
 import {h, once_a_frame} from '../ui/dom.js';
+import {theme_color} from '../ui/theme.js';
 import {number} from '../ui/format.js';
 
 const span = 600;  // frames kept in view
@@ -52,11 +53,9 @@ function show_facts(facts, m) {
   facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
 }
 
-const color = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-
 function make_chart(root, {title, logarithmic, series}) {
-  const strokes = [color('--accent'), color('--warn'), color('--muted')];
-  const axis = {stroke: color('--muted'), grid: {stroke: color('--line'), width: 1}, ticks: {show: false}, font: '10px system-ui', size: 18};
+  const strokes = [theme_color('--accent'), theme_color('--warn'), theme_color('--muted')];
+  const axis = {stroke: theme_color('--muted'), grid: {stroke: theme_color('--line'), width: 1}, ticks: {show: false}, font: '10px system-ui', size: 18};
   const holder = h('figure', {class: 'plot', 'aria-label': title}, h('figcaption', {}, title, ...series.map(([name], k) =>
     h('span', {class: `key key-${k}`}, name))));
   root.append(holder);

@@ -13,6 +13,3 @@ export const default_state = {
     orthographic: false, camera: null,
   },
 };
-
-/// Samples made of sheets, leaves or tubes start from the preset for thin parts.
-export const sample_presets = {tree: 'thin', sheet: 'thin', leaf: 'thin'};

@@ -1,4 +1,5 @@
 import * as THREE from '../three.js';
+import {theme_color} from '../ui/theme.js';
 import {apply_orthographic, no_clip, solid_material} from './shading.js';
 
 /// A triangle mesh as it was given; also the simulation's skin, whose vertices move. As glass it is drawn in two
@@ -45,11 +46,10 @@ export class SurfaceLayer {
   }
 
   update({plane = null, edges_only = false, glass = false}) {
-    const color = getComputedStyle(document.documentElement).getPropertyValue('--surface-color').trim();
     this.glass = glass && !edges_only;
     const {uniforms} = this.material;
     uniforms.clip.value = plane ?? no_clip;
-    uniforms.base.value.set(color);
+    uniforms.base.value.set(theme_color('--surface-color'));
     uniforms.glass.value = this.glass;
     this.material.wireframe = edges_only;
     this.material.transparent = this.glass;

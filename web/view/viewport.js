@@ -54,7 +54,7 @@ export class Viewport extends EventTarget {
   /// direction: from the target to the eye; null keeps it. A fit that nobody asked for leaves no entry to undo.
   fit(direction = null, by_person = true) {
     const center = this.bounds.getCenter(new THREE.Vector3()).toArray();
-    this.fly(center, this.radius(), direction, by_person);
+    this.fly(center, 1.12 * this.radius(), direction, by_person);
   }
 
   fly(center, radius, direction = null, by_person = true) {

@@ -6,7 +6,7 @@ import {sharing} from './sharing.js';
 /// Files that leave the page.
 export const exporting = app => ({
   ...sharing(app),
-  stem: () => (app.meshing.mesh?.name ?? 'isochor').replace(/\.[^.]*$/, ''),
+  stem: () => (app.meshing.mesh?.name ?? 'isochor').split('/').at(-1).replace(/\.[^.]*$/, ''),
   show_export: () => app.run(() => export_dialog(app)),
   show_help: () => help_dialog(app),
   save_export: name => app.run(async () => {

@@ -29,9 +29,9 @@ export class Meshing extends EventTarget {
     this.mesh = mesh;
     this.file = file ?? null;
     this.model = this.cells = this.voxels = null;
-    this.tell('mesh');
     const geometry = load(this.client, `/meshes/${mesh.id}/geometry`);
     this.request(false);
+    this.tell('mesh');
     this.geometry = await geometry;
     this.tell('geometry');
   }

@@ -1,4 +1,4 @@
-import {default_state, sample_presets} from '../state/defaults.js';
+import {default_state} from '../state/defaults.js';
 import {param_changes} from '../state/constraints.js';
 
 /// Opening meshes, samples, scenes and recordings.
@@ -33,13 +33,17 @@ export const opening = app => {
   return {
     open,
     open_sample(name) {
-      const values = {...app.defaults, ...app.presets.find(preset => preset.name === sample_presets[name])?.values};
-      return replace_mesh(app, {sample: name, id: null, name}, values, {sample: name});
+      return replace_mesh(app, {sample: name, id: null, name}, app.sample_params(name), {sample: name});
     },
     open_file(file) {
       if (/\.ndjson$/i.test(file.name)) return app.replay(file);
       if (/\.json$/i.test(file.name)) return app.run(() => open_settings(app, file));
       return replace_mesh(app, {sample: null, id: null, name: file.name}, app.defaults, {file});
+    },
+    /// The parameters that a sample starts from.
+    sample_params(name) {
+      const {preset} = app.samples.meshes.find(sample => sample.name === name) ?? {};
+      return {...app.defaults, ...app.presets.find(known => known.name === preset)?.values};
     },
     apply_params(values, label) {
       store.set(param_changes({...app.defaults, ...values}), label);
@@ -58,13 +62,12 @@ export const opening = app => {
 async function replace_mesh(app, mesh, params, source) {
   const {store} = app;
   app.restoring = true;
-  const thin = mesh.sample && sample_presets[mesh.sample] === 'thin';
-  store.adopt({'view.camera': null, 'view.surface_look': thin ? 'solid' : 'glass', 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
+  store.adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
   app.restoring = false;
   app.refit = true;
   await app.open(source);
   const id = app.meshing.mesh?.id;
-  if (id) store.adopt({'mesh.id': id});
+  if (id && !mesh.sample) store.adopt({'mesh.id': id});
 }
 
 /// A params file of the command line, or a scene.

@@ -4,13 +4,15 @@ import {wire_params} from './meshing.js';
 import {download} from '../ui/dom.js';
 
 /// The state in the address, so that a copied link shows the same, and the settings as a file.
+const base_params = (app, {sample}) => sample ? app.sample_params(sample) : app.defaults;
+
 export const sharing = app => {
   const {store, simulation} = app;
   let timer = 0;
   const write = () => {
     const {shown} = simulation;
     const frame = store.get('view.layers.sim') && shown?.seq && simulation.state !== 'playing' ? shown.seq : null;
-    const hash = encode_link({...store.state, frame}, {params: app.defaults, scene: app.template_scene});
+    const hash = encode_link({...store.state, frame}, {params: base_params(app, store.get('mesh')), scene: app.template_scene ?? store.get('scene')});
     if (hash !== location.hash) globalThis.history.replaceState(null, '', hash || location.pathname);
   };
   const soon = () => {
@@ -32,7 +34,7 @@ export const sharing = app => {
     async restore(hash) {
       const difference = decode_link(hash);
       if (!difference) return false;
-      const {frame, ...state} = merge({...default_state, params: app.defaults}, difference);
+      const {frame, ...state} = merge({...default_state, params: base_params(app, {...default_state.mesh, ...difference.mesh})}, difference);
       app.restoring = true;
       store.adopt({...state, scene: difference.scene ?? null});
       app.restoring = false;
