@@ -1,67 +1,65 @@
 #include "core/pseudo_volume/pseudo_volume.h"
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 
+#include "core/parallel/parallel.h"
 #include "core/pseudo_volume/directions.h"
+#include "core/pseudo_volume/proximity.h"
+#include "core/pseudo_volume/sweep.h"
 
 namespace isochor {
 namespace {
 
-/// What a ray remembers from voxel to voxel.
-struct RayState {
-  bool armed = true, pending = false, at_threshold = false, at_maximum = false;
-};
+/// The directions in families that visit the same rows in the same order.
+std::vector<RowSweep> row_sweeps(int rays) {
+  std::vector<RowSweep> families;
+  for (const Vec3i& v : ray_directions().first(rays)) {
+    if (v.y() == 0 && v.z() == 0) continue;
+    auto family = std::ranges::find_if(
+        families, [&](const RowSweep& f) { return f.step_y == v.y() && f.step_z == v.z(); });
+    if (family == families.end()) family = families.insert(family, {v.y(), v.z(), {}});
+    family->steps_x.push_back(v.x());
+  }
+  return families;
+}
 
-struct Sweep {
-  const DistanceField& field;
-  float d_in, d_subs;
-  std::vector<std::uint8_t> votes_threshold, votes_maximum;
+BitVolume majority(const Votes& votes, const BitVolume& shape, int rays) {
+  BitVolume inside(shape.size);
+  const auto words = static_cast<std::int64_t>(inside.bits.size());
+  for (std::int64_t at = 0; at < words; ++at)
+    inside.bits[at] = votes.above(at, rays / 2) & inside.valid(static_cast<int>(at % inside.words));
+  return inside;
+}
 
-  void cast(Vec3i x, const Vec3i& v) {
-    const Grid& g = field.grid;
-    RayState ray;
-    for (; g.contains(x[0], x[1], x[2]); x += v) {
-      const std::int64_t i = g.index(x[0], x[1], x[2]);
-      const bool interior = (x.array() > 0).all() && (x.array() < g.size.array() - 1).all();
-      const float d = field.distance[i];
-      bool voted = ray.at_maximum;
-      if (interior && d < d_in) {
-        const std::int64_t step = g.index(v[0], v[1], v[2]);
-        const float previous = field.distance[i - step], next = field.distance[i + step];
-        if (ray.armed && previous > d) ray.armed = false, ray.pending = true, ray.at_threshold ^= true;
-        voted = ray.at_maximum;
-        if (ray.pending && previous >= d && next > d) {
-          ray.pending = false, ray.at_maximum ^= true;
-          if (next > previous) voted = ray.at_maximum;
-        }
-      } else if (d > d_subs) {
-        ray.armed = true;
-      }
-      votes_threshold[i] += ray.at_threshold;
-      votes_maximum[i] += voted;
+/// Adds to `inside`, which follows at_maximum, the voxels of at_threshold that have none of it near: sheets
+/// and leaves, which have no maximum between two sides. Returns how many.
+std::int64_t add_sheets(const Votes& at_threshold, double radius, int rays, BitVolume& inside, Votes& votes) {
+  BitVolume sheets = majority(at_threshold, inside, rays);
+  for (std::size_t at = 0; at < sheets.bits.size(); ++at) sheets.bits[at] &= ~inside.bits[at];
+  remove_near(sheets, inside, radius);
+  std::int64_t count = 0;
+  for (std::size_t at = 0; at < sheets.bits.size(); ++at) {
+    if (sheets.bits[at] == 0) continue;
+    count += std::popcount(sheets.bits[at]);
+    inside.bits[at] |= sheets.bits[at];
+    votes.replace(static_cast<std::int64_t>(at), sheets.bits[at], at_threshold);
+  }
+  return count;
+}
+
+void unpack(const Votes& votes, const BitVolume& inside, PseudoVolume& volume) {
+  volume.votes.resize(volume.grid.count());
+  volume.inside.resize(volume.grid.count());
+  parallel_for(inside.rows(), 64, [&](std::int64_t begin, std::int64_t end) {
+    for (auto r = begin; r < end; ++r) {
+      const int j = static_cast<int>(r % inside.size.y()), k = static_cast<int>(r / inside.size.y());
+      const std::int64_t first = volume.grid.index(0, j, k);
+      votes.unpack_row(j, k, volume.votes.data() + first);
+      unpack_row(inside, j, k, volume.inside.data() + first);
     }
-  }
-
-  void run(const Vec3i& v) {
-    const Grid& g = field.grid;
-    for (int k = 0; k < g.size.z(); ++k)
-      for (int j = 0; j < g.size.y(); ++j)
-        for (int i = 0; i < g.size.x(); ++i)
-          if (!g.contains(i - v[0], j - v[1], k - v[2])) cast({i, j, k}, v);
-  }
-};
-
-/// True where a voxel of `set` lies within radius voxels.
-bool near_set(const Grid& g, const std::vector<std::uint8_t>& set, const Vec3i& x, double radius) {
-  const int r = static_cast<int>(radius);
-  for (int c = -r; c <= r; ++c)
-    for (int b = -r; b <= r; ++b)
-      for (int a = -r; a <= r; ++a)
-        if (a * a + b * b + c * c <= radius * radius && g.contains(x[0] + a, x[1] + b, x[2] + c) &&
-            set[g.index(x[0] + a, x[1] + b, x[2] + c)])
-          return true;
-  return false;
+  });
+  for (const std::uint64_t word : inside.bits) volume.inside_count += std::popcount(word);
 }
 
 }  // namespace
@@ -72,30 +70,33 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   volume.grid = field.grid;
   volume.rays = options.rays;
   volume.thresholds = resolve_thresholds(field, options);
-  const std::int64_t n = field.grid.count();
-  Sweep sweep{field, static_cast<float>(volume.thresholds.d_in), static_cast<float>(volume.thresholds.d_subs),
-              std::vector<std::uint8_t>(n), std::vector<std::uint8_t>(n)};
-  for (int r = 0; r < options.rays; ++r) {
-    progress.throw_if_cancelled();
-    progress.report("pseudo_volume", static_cast<double>(r) / options.rays);
-    sweep.run(ray_directions()[r]);
+  progress.report("pseudo_volume", 0.0);
+  const VoxelMasks masks = make_voxel_masks(field, volume.thresholds.d_in, volume.thresholds.d_subs);
+
+  Votes threshold_votes, maximum_votes;
+  Sweep sweep{field, masks};
+  if (options.crossing != Crossing::at_maximum) {
+    threshold_votes = Votes(masks.near);
+    sweep.at_threshold = &threshold_votes;
   }
-  const bool threshold = options.crossing == Crossing::at_threshold;
-  volume.votes = threshold ? sweep.votes_threshold : sweep.votes_maximum;
-  volume.inside.resize(n);
-  for (std::int64_t i = 0; i < n; ++i) volume.inside[i] = 2 * volume.votes[i] > options.rays;
-  if (options.crossing == Crossing::automatic) {
-    const std::vector<std::uint8_t> at_maximum = volume.inside;
-    const double radius = volume.thresholds.p_in_voxels + 1.0;
-    std::int64_t i = 0;
-    for (int c = 0; c < field.grid.size.z(); ++c)
-      for (int b = 0; b < field.grid.size.y(); ++b)
-        for (int a = 0; a < field.grid.size.x(); ++a, ++i)
-          if (2 * sweep.votes_threshold[i] > options.rays && !at_maximum[i] &&
-              !near_set(field.grid, at_maximum, {a, b, c}, radius))
-            volume.inside[i] = 1, volume.votes[i] = sweep.votes_threshold[i];
+  if (options.crossing != Crossing::at_threshold) {
+    maximum_votes = Votes(masks.near);
+    sweep.at_maximum = &maximum_votes;
   }
-  volume.inside_count = std::count(volume.inside.begin(), volume.inside.end(), 1);
+  const std::vector<RowSweep> families = row_sweeps(options.rays);
+  for (std::size_t f = 0; f < families.size(); ++f) {
+    sweep_rows(sweep, families[f], progress);
+    progress.report("pseudo_volume", static_cast<double>(f + 1) / static_cast<double>(families.size() + 2));
+  }
+  sweep_along_rows(sweep, progress);
+
+  Votes& votes = sweep.at_maximum ? maximum_votes : threshold_votes;
+  BitVolume inside = majority(votes, masks.near, options.rays);
+  if (options.crossing == Crossing::automatic)
+    volume.sheet_count =
+        add_sheets(threshold_votes, volume.thresholds.p_in_voxels + 1.0, options.rays, inside, votes);
+  progress.throw_if_cancelled();
+  unpack(votes, inside, volume);
   return volume;
 }
 

@@ -46,6 +46,7 @@ struct PseudoVolume {
   int rays = 0;
   Thresholds thresholds{};
   std::int64_t inside_count = 0;
+  std::int64_t sheet_count = 0;  ///< of these, added by Crossing::automatic from at_threshold
 };
 
 /// Never fails on a valid field; an empty result is the caller's to judge.

@@ -6,6 +6,7 @@
 #include "core/common/error.h"
 #include "core/lattice/lattice.h"
 #include "core/tetrahedra/tet_mesh.h"
+#include "tests/support/lattices.h"
 
 namespace isochor {
 namespace {
@@ -55,6 +56,43 @@ TEST(Tetrahedra, SurfaceIsClosedAndPointsOutward) {
     EXPECT_EQ(directed.count({edge.second, edge.first}), 1u);
   }
   EXPECT_NEAR(volume, total_volume(mesh), 1e-12);
+}
+
+TEST(Tetrahedra, SeparatePartsAHinge) {
+  const auto edge = [](const Vec3& x) { return x.z() > 0 && x.x() * x.y() > 0; };
+  const auto corner = [](const Vec3& x) { return x.x() * x.y() > 0 && x.y() * x.z() > 0; };
+  EXPECT_EQ(test::tets_of({2, 2, 2}, edge).positions.size(), 14u);
+  EXPECT_EQ(test::tets_of({2, 2, 2}, edge, Contacts::separate).positions.size(), 16u);
+  EXPECT_EQ(test::tets_of({2, 2, 2}, corner).positions.size(), 15u);
+  EXPECT_EQ(test::tets_of({2, 2, 2}, corner, Contacts::separate).positions.size(), 16u);
+}
+
+TEST(Tetrahedra, SeparateChangesNoShapeAndLeavesEachVertexOneGroupOfCells) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const TetMesh whole = test::random_cells(seed, 0.4);
+    const TetMesh parted = test::random_cells(seed, 0.4, Contacts::separate);
+    ASSERT_EQ(parted.tets.size(), whole.tets.size());
+    EXPECT_GT(parted.positions.size(), whole.positions.size());
+    for (std::size_t t = 0; t < whole.tets.size(); ++t)
+      for (int c = 0; c < 4; ++c) {
+        EXPECT_EQ(parted.positions[parted.tets[t][c]], whole.positions[whole.tets[t][c]]);
+        EXPECT_EQ(parted.nodes[parted.tets[t][c]], whole.nodes[whole.tets[t][c]]);
+      }
+    std::map<int, std::vector<Vec3i>> cells_of_vertex;
+    for (const Cell& cell : parted.cells)
+      for (const int v : cell.corners)
+        cells_of_vertex[v].emplace_back(cell.coord[0], cell.coord[1], cell.coord[2]);
+    EXPECT_EQ(cells_of_vertex.size(), parted.positions.size());
+    for (auto& [vertex, cells] : cells_of_vertex) {
+      // Grow a group from the first cell through shared faces: it must take all of them.
+      std::vector<Vec3i> group{cells.front()};
+      for (std::size_t i = 0; i < group.size(); ++i)
+        for (const Vec3i& c : cells)
+          if ((c - group[i]).lpNorm<1>() == 1 && std::ranges::find(group, c) == group.end())
+            group.push_back(c);
+      EXPECT_EQ(group.size(), cells.size());
+    }
+  }
 }
 
 TEST(Tetrahedra, AnEmptyLatticeIsNamed) {

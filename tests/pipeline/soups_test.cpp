@@ -1,0 +1,136 @@
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "core/pipeline/pipeline.h"
+#include "tests/support/shapes.h"
+
+namespace isochor {
+namespace {
+
+std::shared_ptr<const TriangleSoup> shared(TriangleSoup soup) {
+  return std::make_shared<const TriangleSoup>(std::move(soup));
+}
+
+MeshingOptions small() {
+  MeshingOptions options;
+  options.voxels = 48;
+  options.lattice.cells = 12;
+  return options;
+}
+
+/// Runs; where the error or a warning names a p_in_voxels, follows it. Whatever comes out must be sound.
+std::shared_ptr<const Model> run_with_advice(const TriangleSoup& soup, MeshingOptions options) {
+  AuthoringPipeline pipeline(shared(soup));
+  Progress progress;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    try {
+      const auto model = pipeline.run(options, progress);
+      const bool fixable = !model->fixes.empty() && model->fixes[0].parameter == "p_in_voxels";
+      if (!fixable || attempt == 1) return model;
+      options.pseudo_volume.p_in_voxels = model->fixes[0].value;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::empty_result) << error.what();
+      EXPECT_FALSE(error.hint().empty());
+      if (error.details().empty()) return nullptr;
+      EXPECT_EQ(error.details()[0].pointer, "/p_in_voxels");
+      options.pseudo_volume.p_in_voxels = error.details()[0].min.value();
+    }
+    options.pseudo_volume.p_subs_voxels =
+        std::max(options.pseudo_volume.p_subs_voxels, options.pseudo_volume.p_in_voxels);
+  }
+  return nullptr;
+}
+
+TEST(Soups, AFlatSheetBecomesAModelWithTheAdviceGiven) {
+  for (const double degrees : {0.0, 30.0, 45.0}) {
+    const auto model = run_with_advice(test::sheet(1.0, degrees), small());
+    ASSERT_NE(model, nullptr) << degrees;
+    EXPECT_GE(model->quality.coverage, 0.95) << degrees;
+    EXPECT_EQ(model->quality.inverted, 0);
+  }
+}
+
+TEST(Soups, ASingleTriangleBecomesAModelWithTheAdviceGiven) {
+  TriangleSoup soup{{{0, 0, 0}, {1, 0, 0.2}, {0.3, 0.9, 0}}, {{0, 1, 2}}};
+  const auto model = run_with_advice(soup, small());
+  ASSERT_NE(model, nullptr);
+  EXPECT_GE(model->quality.coverage, 0.95);
+}
+
+TEST(Soups, CollinearAndPointLikeOnesEndInAModelOrASentence) {
+  const TriangleSoup line{{{0, 0, 0}, {1, 0, 0}, {0.4, 0, 0}}, {{0, 1, 2}}};
+  if (const auto model = run_with_advice(line, small())) {
+    EXPECT_GT(model->quality.volume, 0.0);
+    EXPECT_GE(model->quality.coverage, 0.95);
+  }
+  const TriangleSoup point{{{3, 4, 5}}, {{0, 0, 0}}};
+  Progress progress;
+  try {
+    AuthoringPipeline(shared(point)).run(small(), progress);
+    FAIL() << "a point has no size";
+  } catch (const Error& error) {
+    EXPECT_FALSE(std::string(error.what()).empty());
+    EXPECT_FALSE(error.hint().empty());
+  }
+}
+
+TEST(Soups, RandomTrianglesEndInASoundModelOrASentence) {
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> place(0.0, 1.0);
+    TriangleSoup soup;
+    const int count = 1 + static_cast<int>(seed * seed * 3);
+    for (int t = 0; t < count; ++t) {
+      const Vec3 center(place(random), place(random), place(random));
+      for (int c = 0; c < 3; ++c)
+        soup.positions.push_back(center + 0.5 * Vec3(place(random), place(random), place(random)));
+      soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    if (const auto model = run_with_advice(soup, small())) {
+      EXPECT_EQ(model->quality.inverted, 0);
+      EXPECT_GE(model->quality.min_dihedral_deg, 20.0);
+      EXPECT_TRUE(std::isfinite(model->quality.volume) && model->quality.volume > 0.0);
+      EXPECT_TRUE(model->quality.coverage >= 0.95 || !model->warnings.empty()) << "seed " << seed;
+    }
+  }
+}
+
+TEST(Soups, ASphereTurnedInsideOutIsTheSameModel) {
+  TriangleSoup soup = test::sphere(0.5, 1.0, 32);
+  Progress progress;
+  const auto outward = AuthoringPipeline(shared(soup)).run(small(), progress);
+  for (std::size_t t = 0; t < soup.triangles.size(); t += 2)
+    std::swap(soup.triangles[t][0], soup.triangles[t][1]);
+  const auto mixed = AuthoringPipeline(shared(soup)).run(small(), progress);
+  EXPECT_EQ(mixed->mesh().tets, outward->mesh().tets);
+  EXPECT_NEAR(mixed->quality.volume, outward->quality.volume, 1e-12);
+}
+
+TEST(Soups, AMirroredInputGivesTheMirroredModel) {
+  for (const TriangleSoup& soup :
+       {test::sphere(0.5, 1.0, 48), test::torus(0.35, 0.15), test::box({-1, -2, 0}, {1, 2, 1})}) {
+    TriangleSoup mirrored = soup;
+    for (Vec3& p : mirrored.positions) p.x() = -p.x();
+    Progress progress;
+    const auto a = AuthoringPipeline(shared(soup)).run(small(), progress);
+    const auto b = AuthoringPipeline(shared(mirrored)).run(small(), progress);
+    ASSERT_EQ(a->mesh().positions.size(), b->mesh().positions.size());
+    const int n = a->mesh().grid.size.x();
+    std::map<std::array<int, 3>, Vec3> of_node;
+    for (std::size_t v = 0; v < b->mesh().nodes.size(); ++v)
+      of_node[b->mesh().nodes[v]] = b->mesh().positions[v];
+    double error = 0.0;
+    for (std::size_t v = 0; v < a->mesh().nodes.size(); ++v) {
+      const auto [i, j, k] = a->mesh().nodes[v];
+      ASSERT_TRUE(of_node.contains({n - i, j, k}));
+      const Vec3 x = of_node.at({n - i, j, k});
+      error = std::max(error, (Vec3(-x.x(), x.y(), x.z()) - a->mesh().positions[v]).norm());
+    }
+    EXPECT_LT(error, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace isochor
