@@ -23,7 +23,7 @@ function entry(menu, {title, note, run}) {
     menu.hidePopover();
     run();
   };
-  return h('button', {type: 'button', onclick: act}, h('span', {}, title), note ? h('small', {}, note) : null);
+  return h('button', {type: 'button', onclick: act}, h('span', {}, title, ' '), note ? h('small', {}, note) : null);
 }
 
 function place(menu, opener) {

@@ -23,10 +23,11 @@ export class Meshing extends EventTarget {
 
   /// The sample, the known mesh or the file of a person.
   async open({sample, id, file}) {
-    this.mark_from(stage_names[0], 'stale');
-    const mesh = await this.fetch_mesh({sample, id, file});
+    this.opening = true;
     this.abort?.abort();
+    const mesh = await this.fetch_mesh({sample, id, file}).finally(() => this.opening = false);
     this.mesh = mesh;
+    this.made_with = null;
     this.file = file ?? null;
     this.model = this.cells = this.voxels = null;
     const geometry = load(this.client, `/meshes/${mesh.id}/geometry`);
@@ -45,7 +46,7 @@ export class Meshing extends EventTarget {
 
   /// live: a preview is enough, for the slider still moves.
   request(live) {
-    if (!this.mesh) return;
+    if (!this.mesh || this.opening) return;
     const params = this.store.get('params');
     if (this.busy && live && performance.now() - this.started < 150) {
       this.waiting = {live};

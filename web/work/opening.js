@@ -15,6 +15,7 @@ export const opening = app => {
     simulation.set_state('none');
     await meshing.open(source);
     app.tell('solved');
+    return true;
   });
 
   meshing.addEventListener('mesh', () => {
@@ -61,13 +62,20 @@ export const opening = app => {
 
 async function replace_mesh(app, mesh, params, source) {
   const {store} = app;
+  const before = {mesh: structuredClone(store.get('mesh')), params: structuredClone(store.get('params'))};
+  app.meshing.opening = true;
   app.restoring = true;
   store.adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
   app.restoring = false;
   app.refit = true;
-  await app.open(source);
-  const id = app.meshing.mesh?.id;
-  if (id && !mesh.sample) store.adopt({'mesh.id': id});
+  if (!await app.open(source)) {
+    app.restoring = true;
+    app.meshing.opening = true;
+    store.adopt(before);
+    app.restoring = app.meshing.opening = app.refit = false;
+    return;
+  }
+  if (!mesh.sample) store.adopt({'mesh.id': app.meshing.mesh.id});
 }
 
 /// A params file of the command line, or a scene.
