@@ -48,23 +48,20 @@ struct ErrorSums {
   double squares, largest, excess;  ///< Σ C², max |C|, Σ (V − V0)
 };
 
-/// sign: 1/6 for an even cell, −1/6 for an odd one, 0 where there is none.
+/// In double. sign: positive for an even cell, negative for an odd one, 0 where there is none (or an
+/// irregular one); a sixth of the factor that the volume is taken with.
 struct CellKernels {
-  /// errors = V/V0 − 1, inverse_sixfold = sign/V0.
-  void (*errors)(Runs runs, Strides strides, Points points, const double* inverse_sixfold, double* errors,
+  /// errors = V/V0 − 1, inverse_volumes = ±1/(6·V0).
+  void (*errors)(Runs runs, Strides strides, Points points, const double* inverse_volumes, double* errors,
                  ErrorSums* sums);
-  /// gradients = √weight(node)·∂V/∂corner, of positions and volumes in units of the length.
-  void (*gradients)(Runs runs, Strides strides, Points points, const float* sign, const float* root_weights,
-                    double inverse_length, Gradients gradients);
-  /// lower, upper += factor·multiplier·∂V/∂corner at the lower and upper four corners.
+  /// forces += 6·sign·factor·multiplier·∂V/∂corner.
   void (*forces)(Runs runs, Strides strides, Points points, const float* sign, const float* multipliers,
-                 double factor, Points lower, Points upper);
-  /// direction = inverse_masses·(lower + upper), which become zero again.
-  void (*accelerate)(Runs nodes, const double* inverse_masses, Points lower, Points upper, Points direction);
+                 double factor, Points forces);
+  /// direction = inverse_masses·forces, result = points + direction; the forces become zero again.
+  void (*accelerate)(Runs nodes, const double* inverse_masses, Points forces, Points direction, Points points,
+                     Points result);
   /// result = points + t·direction.
   void (*move)(Runs nodes, Points points, double t, Points direction, Points result);
-  /// result = (a + b)/2.
-  void (*middle)(Runs nodes, Points a, Points b, Points result);
 };
 
 /// C = A·B; the columns of B and C are contiguous and a multiple of chunk.
@@ -100,9 +97,26 @@ struct Products {
   double with_itself, with_residual;  ///< image·preconditioned, image·(preconditioned residual)
 };
 
+/// Points in double, lengths to be taken in units of 1/inverse_length; sign as for CellKernels.
+struct Cells {
+  Runs runs;
+  Strides strides;
+  Points points;
+  const float* sign;
+  double inverse_length;
+};
+
+/// In float.
 struct StencilKernels {
-  /// stencil = Σ over shared corners of a cell's gradient times its neighbour's.
-  void (*assemble)(Runs runs, Strides strides, Gradients own, Gradients neighbors, Stencil stencil);
+  /// gradients = 6·sign·weight(node)·∂V/∂corner.
+  void (*gradients)(const Cells& cells, const float* weights, Gradients gradients);
+  /// stencil = Σ over shared corners of 6·sign·∂V/∂corner times the gradients given.
+  void (*assemble)(const Cells& cells, Gradients gradients, Stencil stencil);
+  /// scale = √(reference/diagonal), 0 where the diagonal is not above smallest·reference.
+  void (*set_scale)(Runs runs, const float* diagonal, const float* reference, float smallest, float* scale);
+  /// residual = −errors where there is a scale, solution = 0, scaled = scale·residual.
+  void (*start)(Runs runs, const double* errors, const float* scale, float* solution, float* residual,
+                float* scaled);
   /// image = A·z, products[i] = image·earlier.at[i].preconditioned.
   void (*apply)(Runs runs, Strides strides, Stencil stencil, const float* z, float* image,
                 const EarlierDirections& earlier, double* products);
@@ -112,10 +126,8 @@ struct StencilKernels {
                   Direction direction, const float* scale, float* scaled);
   /// preconditioned = scale·preconditioned.
   Products (*precondition)(Runs runs, Direction direction, const float* scale, const float* z);
-  /// solution += alpha·search, residual −= alpha·image, z −= alpha·preconditioned; returns max
-  /// |weight·residual|.
-  float (*advance)(Runs runs, float alpha, Direction direction, const float* weight, float* solution,
-                   float* residual, float* z);
+  /// solution += alpha·search, residual −= alpha·image, z −= alpha·preconditioned; returns max |residual|.
+  float (*advance)(Runs runs, float alpha, Direction direction, float* solution, float* residual, float* z);
   void (*multiply)(const SmallProduct& product);
   void (*solve_columns)(const ColumnSolve& solve);
 };

@@ -85,9 +85,10 @@ class LayoutBuilder {
   }
 
   void place_cells() {
+    layout_.kinds.assign(layout_.first_extra, LatticeLayout::none);
     for (const Cell& cell : mesh_.cells) {
       layout_.cell_slots.push_back(static_cast<std::int32_t>(slot(cell.coord)));
-      LatticeLayout::IrregularCell irregular{layout_.cell_slots.back(), cell.parity(), {}};
+      LatticeLayout::IrregularCell irregular{layout_.cell_slots.back(), {}};
       bool regular = true;
       for (int b = 0; b < 8; ++b) {
         irregular.corners[b] = layout_.vertex_slots[cell.corners[b]];
@@ -97,6 +98,9 @@ class LayoutBuilder {
             {static_cast<std::int32_t>(layout_.irregular_cells.size()), b});
       }
       if (!regular) layout_.irregular_cells.push_back(irregular);
+      layout_.kinds[irregular.slot] =
+          regular ? (cell.parity() ? LatticeLayout::odd : LatticeLayout::even)
+                  : (cell.parity() ? LatticeLayout::irregular_odd : LatticeLayout::irregular_even);
     }
   }
 
@@ -146,6 +150,12 @@ class LayoutBuilder {
 };
 
 }  // namespace
+
+std::int64_t LatticeLayout::irregular_index(std::int64_t cell) const {
+  const auto before = [](const IrregularCell& a, std::int64_t slot) { return a.slot < slot; };
+  return std::lower_bound(irregular_cells.begin(), irregular_cells.end(), cell, before) -
+         irregular_cells.begin();
+}
 
 std::optional<LatticeLayout> make_lattice_layout(const TetMesh& mesh) {
   if (mesh.cells.empty() || !fits_lattice(mesh)) return std::nullopt;

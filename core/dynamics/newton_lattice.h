@@ -20,7 +20,6 @@ struct LatticeLayout {
   };
   struct IrregularCell {
     std::int32_t slot;
-    int parity;
     std::array<std::int32_t, 8> corners;  ///< slots
   };
   /// A corner of an irregular cell that lies behind the lattice.
@@ -31,20 +30,43 @@ struct LatticeLayout {
   struct Slab {
     std::vector<Run> cells, nodes;  ///< chunks with a cell, with a vertex
   };
+  enum Kind : std::uint8_t { none, even, odd, irregular_even, irregular_odd };
 
   std::array<int, 3> size;  ///< cells an axis
   Strides strides;
   std::int64_t origin;  ///< slot of the first cell
   std::int64_t slots;
   std::vector<std::int32_t> cell_slots, vertex_slots;
+  std::vector<Kind> kinds;  ///< of a slot's cell
   std::vector<VertexRun> vertex_runs;
-  std::vector<IrregularCell> irregular_cells;
+  std::vector<IrregularCell> irregular_cells;          ///< in slot order
   std::vector<std::vector<Incidence>> extra_vertices;  ///< a vertex behind the lattice, in slot order
   std::int64_t first_extra;                            ///< slot of the first of these
   std::vector<Slab> slabs;
 
+  int parity(std::int64_t cell) const { return kinds[cell] == odd || kinds[cell] == irregular_odd; }
+  bool irregular(std::int64_t cell) const { return kinds[cell] >= irregular_even; }
+  std::int64_t irregular_index(std::int64_t cell) const;
   std::int64_t corner_offset(int corner) const {
     return (corner & 1) + (corner >> 1 & 1) * strides.row + (corner >> 2 & 1) * strides.plane;
+  }
+  /// Slot of a cell's corner.
+  std::int64_t corner_slot(std::int64_t cell, int corner) const {
+    return irregular(cell) ? irregular_cells[irregular_index(cell)].corners[corner]
+                           : cell + corner_offset(corner);
+  }
+  /// Calls visit(slot of the cell, corner) for all cells at a vertex.
+  template <class Visit>
+  void visit_cells(std::int64_t vertex, const Visit& visit) const {
+    if (vertex >= first_extra) {
+      for (const auto& [cell, corner] : extra_vertices[vertex - first_extra])
+        visit(std::int64_t{irregular_cells[cell].slot}, corner);
+      return;
+    }
+    for (int b = 0; b < 8; ++b) {
+      const std::int64_t cell = vertex - corner_offset(b);
+      if (kinds[cell] != none && corner_slot(cell, b) == vertex) visit(cell, b);
+    }
   }
 };
 

@@ -6,20 +6,15 @@
 namespace isochor::newton {
 
 LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
-    : model_(std::move(model)),
-      layout_(std::move(layout)),
-      residual_weights_(layout_.slots),
-      solver_(layout_, residual_weights_) {
-  for (auto* points : {&start_, &x_, &trial_, &direction_, &lower_, &upper_})
-    *points = PointArray(layout_.slots);
-  for (auto* array : {&inverse_sixfold_, &errors_, &inverse_masses_})
+    : model_(std::move(model)), layout_(std::move(layout)), solver_(layout_) {
+  for (auto* points : {&start_, &x_, &trial_, &direction_, &forces_}) *points = PointArray(layout_.slots);
+  for (auto* array : {&inverse_volumes_, &errors_, &inverse_masses_})
     *array = AlignedArray<double>(layout_.slots);
-  for (auto* array : {&sign_, &root_weights_}) *array = AlignedArray<float>(layout_.slots);
-  for (auto* gradients : {&start_gradients_, &gradients_}) {
-    gradients->values = AlignedArray<float>(24 * layout_.slots);
-    for (int k = 0; k < 24; ++k) gradients->view.value[k] = gradients->values.data() + k * layout_.slots;
-    gradients->irregular.resize(layout_.irregular_cells.size());
-  }
+  for (auto* array : {&sign_, &weights_}) *array = AlignedArray<float>(layout_.slots);
+  weighted_values_ = AlignedArray<float>(24 * layout_.slots);
+  for (int k = 0; k < 24; ++k) weighted_.value[k] = weighted_values_.data() + k * layout_.slots;
+  weighted_irregular_.resize(layout_.irregular_cells.size());
+  irregular_rest_volumes_.resize(layout_.irregular_cells.size());
   set_rest_volumes();
   set_masses();
 }
@@ -30,16 +25,13 @@ void LatticeSystem::set_rest_volumes() {
   length_ = std::cbrt(mean_rest_volume_);
   for (std::size_t c = 0; c < model_.rest_volumes.size(); ++c) {
     const std::int32_t s = layout_.cell_slots[c];
-    const double sign = model_.mesh->cells[c].parity() ? -1.0 : 1.0;
-    sign_[s] = static_cast<float>(sign / 6.0);
-    inverse_sixfold_[s] = sign / (6.0 * model_.rest_volumes[c]);
-    residual_weights_[s] = static_cast<float>(mean_rest_volume_ / model_.rest_volumes[c]);
-  }
-  for (std::size_t i = 0; i < layout_.irregular_cells.size(); ++i) {
-    const std::int32_t s = layout_.irregular_cells[i].slot;
-    irregular_rest_volumes_.push_back(1.0 / (6.0 * std::abs(inverse_sixfold_[s])));
-    sign_[s] = 0.0F;
-    inverse_sixfold_[s] = 0.0;
+    const double sixth = (layout_.parity(s) ? -1.0 : 1.0) / (6.0 * model_.rest_volumes[c]);
+    if (layout_.irregular(s)) {
+      irregular_rest_volumes_[layout_.irregular_index(s)] = model_.rest_volumes[c];
+    } else {
+      inverse_volumes_[s] = sixth;
+      sign_[s] = static_cast<float>(mean_rest_volume_ * sixth);
+    }
   }
 }
 
@@ -48,6 +40,7 @@ void LatticeSystem::set_masses() {
   for (const double w : model_.inverse_masses) {
     mean_inverse_mass_ += w;
     free += w > 0.0;
+    masses_.push_back(w > 0.0 ? 1.0 / w : 0.0);
   }
   pinned_ = model_.inverse_masses.size() - free;
   mean_inverse_mass_ = free > 0 ? mean_inverse_mass_ / static_cast<double>(free) : 1.0;
@@ -55,7 +48,7 @@ void LatticeSystem::set_masses() {
   for (std::size_t i = 0; i < model_.inverse_masses.size(); ++i) {
     const std::int32_t s = layout_.vertex_slots[i];
     inverse_masses_[s] = model_.inverse_masses[i];
-    root_weights_[s] = static_cast<float>(std::sqrt(model_.inverse_masses[i] / mean_inverse_mass_));
+    weights_[s] = static_cast<float>(model_.inverse_masses[i] / mean_inverse_mass_);
     immovable_[s] = model_.inverse_masses[i] == 0.0;
   }
   rowless_ = rowless_when_free_ = count_rowless();
@@ -72,7 +65,7 @@ void LatticeSystem::gather(const Coordinates& from, PointArray& to) const {
 void LatticeSystem::load(const ProjectionRequest& request, const Coordinates& positions) {
   gather(request.start ? *request.start : positions, start_);
   gather(positions, x_);
-  start_gradients_valid_ = false;
+  weighted_at_start_ = false;
   unblock();
   load_carriers(request.carriers);
   block(request.blocked);
@@ -88,32 +81,46 @@ void LatticeSystem::store(Coordinates& positions) const {
   }
 }
 
-CellCorners LatticeSystem::corners(const LatticeLayout::IrregularCell& cell, const PointArray& points) const {
+CellCorners LatticeSystem::corners(std::int64_t cell, const PointArray& points) const {
   CellCorners result;
-  for (int b = 0; b < 8; ++b) result[b] = points.at(cell.corners[b]);
+  for (int b = 0; b < 8; ++b) result[b] = points.at(layout_.corner_slot(cell, b));
   return result;
 }
 
+CellCorners LatticeSystem::scaled_gradient(std::int64_t cell, const PointArray& points) const {
+  CellCorners gradient = cell_volume_gradient(corners(cell, points), layout_.parity(cell));
+  const double rest = layout_.irregular(cell) ? irregular_rest_volumes_[layout_.irregular_index(cell)]
+                                              : 1.0 / (6.0 * std::abs(inverse_volumes_[cell]));
+  const double scale = mean_rest_volume_ / (rest * length_ * length_);
+  for (Vec3& corner : gradient) corner *= scale;
+  return gradient;
+}
+
 VolumeErrors LatticeSystem::evaluate(double t) {
+  const bool moved = t != 0.0;
+  if (moved && t != trial_t_) {
+    for (const LatticeLayout::Slab& slab : layout_.slabs)
+      kernels_.move(as_runs(slab.nodes), x_.view(), t, direction_.view(), trial_.view());
+    trial_t_ = t;
+  }
+  const PointArray& points = moved ? trial_ : x_;
   VolumeErrors result;
   double excess = 0.0;
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    kernels_.move(as_runs(slab.nodes), x_.view(), t, direction_.view(), trial_.view());
   for (const LatticeLayout::Slab& slab : layout_.slabs) {
     ErrorSums sums;
-    kernels_.errors(as_runs(slab.cells), layout_.strides, trial_.view(), inverse_sixfold_.data(),
+    kernels_.errors(as_runs(slab.cells), layout_.strides, points.view(), inverse_volumes_.data(),
                     errors_.data(), &sums);
     result.sum_of_squares += sums.squares;
     result.max = std::max(result.max, sums.largest);
     excess += sums.excess;
   }
   for (std::size_t i = 0; i < layout_.irregular_cells.size(); ++i) {
-    const LatticeLayout::IrregularCell& cell = layout_.irregular_cells[i];
+    const std::int32_t cell = layout_.irregular_cells[i].slot;
     const double rest = irregular_rest_volumes_[i];
-    const double difference = cell_volume(corners(cell, trial_), cell.parity) - rest;
-    errors_[cell.slot] = difference / rest;
-    result.sum_of_squares += errors_[cell.slot] * errors_[cell.slot];
-    result.max = std::max(result.max, std::abs(errors_[cell.slot]));
+    const double difference = cell_volume(corners(cell, points), layout_.parity(cell)) - rest;
+    errors_[cell] = difference / rest;
+    result.sum_of_squares += errors_[cell] * errors_[cell];
+    result.max = std::max(result.max, std::abs(errors_[cell]));
     excess += difference;
   }
   result.total = excess / total_rest_volume_;
@@ -122,33 +129,32 @@ VolumeErrors LatticeSystem::evaluate(double t) {
 
 void LatticeSystem::accept(double t) {
   std::swap(x_, trial_);
+  trial_t_ = -1.0;
   for (std::size_t i = 0; i < blocked_forces_.size(); ++i) blocked_forces_[i] += t * blocked_[i].force;
   for (std::size_t i = 0; i < carriers_.size(); ++i) carriers_[i].motion += t * carrier_steps_[i];
 }
 
-void LatticeSystem::set_gradients(const PointArray& points, WeightedGradients& gradients,
-                                  std::vector<CarrierRows::Row> CarrierRows::*carrier_rows) {
+Cells LatticeSystem::cells(const LatticeLayout::Slab& slab, const PointArray& points) const {
+  return {as_runs(slab.cells), layout_.strides, points.view(), sign_.data(), 1.0 / length_};
+}
+
+/// W Jᵀ at the points.
+void LatticeSystem::weigh_gradients(const PointArray& points) {
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    kernels_.gradients(as_runs(slab.cells), layout_.strides, points.view(), sign_.data(),
-                       root_weights_.data(), 1.0 / length_, gradients.view);
-  set_irregular_gradients(points, gradients);
-  set_carrier_rows(gradients, carrier_rows);
-  weigh_blocked_gradients(gradients);
+    stencil_kernels().gradients(cells(slab, points), weights_.data(), weighted_);
+  weigh_irregular_gradients(points);
+  weigh_blocked_gradients();
+  set_carrier_rows(points, &CarrierRows::start);
 }
 
 void LatticeSystem::linearize(Directions directions) {
-  if (directions == Directions::start && !start_gradients_valid_) {
-    set_gradients(start_, start_gradients_, &CarrierRows::start);
-    start_gradients_valid_ = true;
-  }
-  set_gradients(x_, gradients_, &CarrierRows::own);
-  if (directions == Directions::current)
-    for (CarrierRows& carrier : solver_.carriers()) carrier.start = carrier.own;
-  const WeightedGradients& neighbors = directions == Directions::start ? start_gradients_ : gradients_;
+  const bool at_start = directions == Directions::start;
+  if (!at_start || !weighted_at_start_) weigh_gradients(at_start ? start_ : x_);
+  weighted_at_start_ = at_start;
+  set_carrier_rows(x_, &CarrierRows::own);
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    stencil_kernels().assemble(as_runs(slab.cells), layout_.strides, gradients_.view, neighbors.view,
-                               solver_.stencil());
-  couple_extra_vertices(gradients_, neighbors);
+    stencil_kernels().assemble(cells(slab, x_), weighted_, solver_.stencil());
+  set_irregular_rows(x_);
   solver_.prepare(face_areas(x_));
 }
 
@@ -174,38 +180,36 @@ std::array<double, 3> LatticeSystem::face_areas(const PointArray& points) const 
 }
 
 int LatticeSystem::solve(double tolerance) {
-  float* right_side = solver_.right_side();
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    for (const Run& run : slab.cells)
-      for (std::int32_t s = run.begin; s < run.end; ++s)
-        right_side[s] =
-            residual_weights_[s] > 0.0F ? static_cast<float>(-errors_[s] / residual_weights_[s]) : 0.0F;
-  return solver_.solve(tolerance);
+  return solver_.solve(errors_.data(), tolerance);
 }
 
 void LatticeSystem::set_step(Directions directions) {
   const PointArray& points = directions == Directions::start ? start_ : x_;
   const double factor = 1.0 / (mean_inverse_mass_ * length_);
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    kernels_.forces(as_runs(slab.cells), layout_.strides, points.view(), sign_.data(), solver_.solution(),
-                    factor, lower_.view(), upper_.view());
+  // Slabs share the nodes between them with the next one only.
+  for (const std::size_t first : {0, 1})
+    for (std::size_t i = first; i < layout_.slabs.size(); i += 2)
+      kernels_.forces(as_runs(layout_.slabs[i].cells), layout_.strides, points.view(), sign_.data(),
+                      solver_.solution(), factor, forces_.view());
   add_irregular_forces(points, factor);
   read_blocked_forces();
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    kernels_.accelerate(as_runs(slab.nodes), inverse_masses_.data(), lower_.view(), upper_.view(),
-                        direction_.view());
+    kernels_.accelerate(as_runs(slab.nodes), inverse_masses_.data(), forces_.view(), direction_.view(),
+                        x_.view(), trial_.view());
+  trial_t_ = 1.0;
   move_blocked_particles();
 }
 
 void LatticeSystem::set_dilation() {
   double mass = 0.0;
   Vec3 center = Vec3::Zero();
-  for (std::size_t i = 0; i < model_.inverse_masses.size(); ++i) {
-    mass += 1.0 / model_.inverse_masses[i];
-    center += start_.at(layout_.vertex_slots[i]) / model_.inverse_masses[i];
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    mass += masses_[i];
+    center += masses_[i] * start_.at(layout_.vertex_slots[i]);
   }
   center /= mass;
   for (const std::int32_t s : layout_.vertex_slots) direction_.set(s, start_.at(s) - center);
+  trial_t_ = -1.0;
 }
 
 std::int64_t LatticeSystem::worst_cell() const {
@@ -217,8 +221,8 @@ std::int64_t LatticeSystem::worst_cell() const {
 }
 
 std::int64_t LatticeSystem::bytes() const {
-  return 6 * x_.bytes() + 3 * errors_.bytes() + 3 * sign_.bytes() + 2 * gradients_.values.bytes() +
-         static_cast<std::int64_t>(immovable_.size()) + solver_.bytes();
+  return 5 * x_.bytes() + 3 * errors_.bytes() + 2 * sign_.bytes() + weighted_values_.bytes() +
+         static_cast<std::int64_t>(immovable_.size() + layout_.kinds.size()) + solver_.bytes();
 }
 
 std::unique_ptr<NewtonSystem> make_lattice_system(const VolumeModel& model) {

@@ -47,39 +47,39 @@ class LatticeSystem final : public NewtonSystem {
 
  private:
   struct Blocked {
-    std::int32_t slot, particle;
+    std::int32_t slot;
     Eigen::Matrix3d inverse_mass;
-    Eigen::Matrix3f root;  ///< of inverse_mass over the mean
-    Vec3 force;            ///< Jᵀμ
+    Vec3 force;  ///< Jᵀμ
   };
-
-  /// Times the roots of the inverse masses.
-  struct WeightedGradients {
-    AlignedArray<float> values;
-    Gradients view{};
-    std::vector<Eigen::Matrix<float, 3, 8>> irregular;  ///< a column a corner
+  /// A corner of a cell at a particle that a rigid body carries.
+  struct CarriedCorner {
+    std::int32_t cell, corner;  ///< slot, 0 to 7
+    std::int32_t carried;       ///< index into the carrier's particles
   };
+  using StridedVector = Eigen::Map<Eigen::Vector3f, 0, Eigen::InnerStride<>>;
+  using CarrierSide = std::vector<CarrierRows::Row> CarrierRows::*;
 
   void set_rest_volumes();
   void set_masses();
   std::int32_t slot(std::int32_t particle) const { return layout_.vertex_slots[particle]; }
   void gather(const Coordinates& from, PointArray& to) const;
-  void set_gradients(const PointArray& points, WeightedGradients& gradients,
-                     std::vector<CarrierRows::Row> CarrierRows::*carrier_rows);
-  CellCorners corners(const LatticeLayout::IrregularCell& cell, const PointArray& points) const;
+  CellCorners corners(std::int64_t cell, const PointArray& points) const;
+  /// In the units of the linear solve.
+  CellCorners scaled_gradient(std::int64_t cell, const PointArray& points) const;
+  Cells cells(const LatticeLayout::Slab& slab, const PointArray& points) const;
   std::array<double, 3> face_areas(const PointArray& points) const;
+  void weigh_gradients(const PointArray& points);
 
   // newton_lattice_contacts.cpp: all that is not the same for every cell.
   void block(std::span<const BlockedParticle> blocked);
   void unblock();
   void load_carriers(std::span<RigidCarrier> carriers);
   std::int64_t count_rowless() const;
-  template <class Visit>
-  void visit_gradients(WeightedGradients& gradients, std::int32_t vertex_slot, const Visit& visit);
-  void set_irregular_gradients(const PointArray& points, WeightedGradients& gradients);
-  void set_carrier_rows(WeightedGradients& gradients, std::vector<CarrierRows::Row> CarrierRows::*rows);
-  void weigh_blocked_gradients(WeightedGradients& gradients);
-  void couple_extra_vertices(const WeightedGradients& own, const WeightedGradients& neighbors);
+  StridedVector weighted_gradient(std::int64_t cell, int corner);
+  void weigh_irregular_gradients(const PointArray& points);
+  void weigh_blocked_gradients();
+  void set_carrier_rows(const PointArray& points, CarrierSide side);
+  void set_irregular_rows(const PointArray& points);
   void add_irregular_forces(const PointArray& points, double factor);
   void read_blocked_forces();
   void move_blocked_particles();
@@ -88,21 +88,28 @@ class LatticeSystem final : public NewtonSystem {
   LatticeLayout layout_;
   const CellKernels& kernels_ = cell_kernels();
   double total_rest_volume_ = 0.0, mean_rest_volume_ = 0.0, length_ = 1.0, mean_inverse_mass_ = 0.0;
+  std::vector<double> masses_;  ///< a particle
   std::size_t pinned_ = 0;
   std::vector<std::uint8_t> immovable_;  ///< a slot
   std::int64_t rowless_ = 0, rowless_when_free_ = 0;
 
-  PointArray start_, x_, trial_, direction_, lower_, upper_;
-  AlignedArray<double> inverse_sixfold_, errors_, inverse_masses_;
-  AlignedArray<float> sign_, root_weights_, residual_weights_;
-  WeightedGradients start_gradients_, gradients_;
-  bool start_gradients_valid_ = false;
+  PointArray start_, x_, trial_, direction_, forces_;
+  double trial_t_ = -1.0;  ///< trial_ = x_ + trial_t_·direction_, unless negative
+  AlignedArray<double> inverse_volumes_, errors_, inverse_masses_;
+  AlignedArray<float> sign_, weights_;  ///< inverse masses over their mean
   StencilSolver solver_;
 
+  /// W Jᵀ, where it was taken last; of the corners of irregular cells behind the lattice apart from the rest.
+  AlignedArray<float> weighted_values_;
+  Gradients weighted_{};
+  std::vector<Eigen::Matrix<float, 3, 8>> weighted_irregular_;
+  bool weighted_at_start_ = false;
   std::vector<double> irregular_rest_volumes_;
+
   std::vector<Blocked> blocked_;
-  std::span<Vec3> blocked_forces_;    ///< of the request
-  std::span<RigidCarrier> carriers_;  ///< of the request
+  std::span<Vec3> blocked_forces_;                           ///< of the request
+  std::span<RigidCarrier> carriers_;                         ///< of the request
+  std::vector<std::vector<CarriedCorner>> carried_corners_;  ///< a carrier, by cell
   std::vector<Eigen::Matrix<double, 6, 1>> carrier_steps_;
 };
 

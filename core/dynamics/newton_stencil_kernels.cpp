@@ -1,51 +1,124 @@
-#include "core/dynamics/newton_kernels.h"
-#include "core/dynamics/newton_wide.h"
+#include "core/dynamics/newton_wide_cells.h"
 
 // Kernels of the conjugate residuals, in float, where products and sums may contract.
 namespace isochor::newton::ISOCHOR_WIDE {
 namespace {
 
-/// Corner of the neighbour that coincides with a corner of the cell, or −1. Along an axis a step of 1 makes
-/// the cell's upper corners the neighbour's lower ones.
-constexpr int shared_corner(int corner, Neighbor n) {
-  const int steps[3] = {n.x, n.y, n.z};
-  int result = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int bit = (corner >> axis & 1) - steps[axis];
-    if (bit < 0 || bit > 1) return -1;
-    result |= bit << axis;
-  }
+inline Floats to_floats(const Doubles& low, const Doubles& high) {
+  const HalfFloats a = __builtin_convertvector(low, HalfFloats),
+                   b = __builtin_convertvector(high, HalfFloats);
+  Floats result;
+  __builtin_memcpy(&result, &a, sizeof a);
+  __builtin_memcpy(reinterpret_cast<char*>(&result) + sizeof a, &b, sizeof b);
   return result;
 }
 
-template <int k>
-inline void assemble_entry(std::int64_t slot, Strides strides, const Gradients& own,
-                           const Gradients& neighbors, const Stencil& stencil) {
-  constexpr Neighbor n = neighbor(k);
-  const std::int64_t other = slot + n.offset(strides);
-  Floats result{};
+/// Differences to the cell's corner 0 are taken in double, so that a body far away loses nothing.
+inline Floats load_difference(const double* values, std::int64_t slot, std::int64_t offset,
+                              double inverse_length) {
+  const double* low = values + slot;
+  const double* high = low + double_lanes;
+  return to_floats((load(low + offset) - load(low)) * inverse_length,
+                   (load(high + offset) - load(high)) * inverse_length);
+}
+
+inline CentralAndApexes<Floats> cell_gradients(const Cells& cells, std::int64_t slot) {
+  const Floats signs = load(cells.sign + slot);
+  const FloatMask odd = signs < 0.0F;
+  CentralAndApexes<Floats> corners, gradients;
 #pragma GCC unroll 8
   for (int b = 0; b < 8; ++b) {
-    const int c = shared_corner(b, n);
-    if (c < 0) continue;
-#pragma GCC unroll 3
-    for (int axis = 0; axis < 3; ++axis)
-      result += load(own.value[3 * b + axis] + slot) * load(neighbors.value[3 * c + axis] + other);
+    const std::int64_t offset = corner_offset(b, cells.strides);
+    corners[b] = {load_difference(cells.points.x, slot, offset, cells.inverse_length),
+                  load_difference(cells.points.y, slot, offset, cells.inverse_length),
+                  load_difference(cells.points.z, slot, offset, cells.inverse_length)};
   }
-  store(stencil.entry[k] + slot, result);
+  exchange(corners, odd);
+  detail::sixfold_gradient(corners.central, corners.apexes, gradients.central, gradients.apexes);
+  exchange(gradients, odd);
+#pragma GCC unroll 8
+  for (int b = 0; b < 8; ++b)
+    gradients[b] = {signs * gradients[b].x, signs * gradients[b].y, signs * gradients[b].z};
+  return gradients;
 }
 
-template <int... ks>
-inline void assemble_entries(std::int64_t slot, Strides strides, const Gradients& own,
-                             const Gradients& neighbors, const Stencil& stencil) {
-  (assemble_entry<ks>(slot, strides, own, neighbors, stencil), ...);
+void gradients(const Cells& cells, const float* weights, Gradients result) {
+  for (std::int64_t r = 0; r < cells.runs.count; ++r)
+    for (std::int64_t s = cells.runs.first[r].begin; s < cells.runs.first[r].end; s += lanes) {
+      CentralAndApexes<Floats> own = cell_gradients(cells, s);
+#pragma GCC unroll 8
+      for (int b = 0; b < 8; ++b) {
+        const Floats weight = load(weights + s + corner_offset(b, cells.strides));
+        store(result.value[3 * b] + s, weight * own[b].x);
+        store(result.value[3 * b + 1] + s, weight * own[b].y);
+        store(result.value[3 * b + 2] + s, weight * own[b].z);
+      }
+    }
 }
 
-void assemble(Runs runs, Strides strides, Gradients own, Gradients neighbors, Stencil stencil) {
+/// Adds the products over the corners on one side (of z) of a cell and on the matching side of its neighbours
+/// in one plane: entry (dx, dy) from the corners b of the cell and c of the neighbour with b − c = (dx, dy).
+inline void add_products(const Point<Floats> (&own)[4], const float* const* neighbors, std::int64_t slot,
+                         std::int64_t row, Floats (&entries)[9]) {
+#pragma GCC unroll 4
+  for (int c = 0; c < 4; ++c)
+#pragma GCC unroll 3
+    for (int axis = 0; axis < 3; ++axis) {
+      const float* from = neighbors[3 * c + axis] + slot;
+#pragma GCC unroll 4
+      for (int b = 0; b < 4; ++b) {
+        const int dx = (b & 1) - (c & 1), dy = (b >> 1) - (c >> 1);
+        const Floats& gradient = axis == 0 ? own[b].x : axis == 1 ? own[b].y : own[b].z;
+        entries[4 + 3 * dy + dx] += gradient * load(from + dy * row + dx);
+      }
+    }
+}
+
+inline void store_entries(const Floats (&entries)[9], float* const* to, std::int64_t slot) {
+#pragma GCC unroll 9
+  for (int k = 0; k < 9; ++k) store(to[k] + slot, entries[k]);
+}
+
+void assemble(const Cells& cells, Gradients neighbors, Stencil stencil) {
+  constexpr int upper = 12;  // the corners 4 to 7
+  const auto [row, plane] = cells.strides;
+  for (std::int64_t r = 0; r < cells.runs.count; ++r)
+    for (std::int64_t s = cells.runs.first[r].begin; s < cells.runs.first[r].end; s += lanes) {
+      CentralAndApexes<Floats> own = cell_gradients(cells, s);
+      const Point<Floats> low[4] = {own[0], own[1], own[2], own[3]},
+                          high[4] = {own[4], own[5], own[6], own[7]};
+      Floats below[9] = {}, beside[9] = {}, above[9] = {};
+      add_products(low, neighbors.value + upper, s - plane, row, below);
+      store_entries(below, stencil.entry, s);
+      add_products(low, neighbors.value, s, row, beside);
+      add_products(high, neighbors.value + upper, s, row, beside);
+      store_entries(beside, stencil.entry + 9, s);
+      add_products(high, neighbors.value, s + plane, row, above);
+      store_entries(above, stencil.entry + 18, s);
+    }
+}
+
+void set_scale(Runs runs, const float* diagonal, const float* reference, float smallest, float* scale) {
+  constexpr float infinity = __builtin_inff();
   for (std::int64_t r = 0; r < runs.count; ++r)
-    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes)
-      assemble_entries<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23,
-                       24, 25, 26>(s, strides, own, neighbors, stencil);
+    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
+      const Floats d = load(diagonal + s), wanted = load(reference + s);
+      const FloatMask present = (d > smallest * wanted) & (d < infinity);
+      store(scale + s, square_root(present ? wanted / d : Floats{}));
+    }
+}
+
+void start(Runs runs, const double* errors, const float* scale, float* solution, float* residual,
+           float* scaled) {
+  for (std::int64_t r = 0; r < runs.count; ++r)
+    for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
+      const Floats factor = load(scale + s);
+      const Floats error = to_floats(load(errors + s), load(errors + s + double_lanes));
+      const Floats rest = factor > 0.0F ? -error : Floats{};
+      store(solution + s, Floats{});
+      store(residual + s, rest);
+      store(scaled + s, factor * rest);
+    }
 }
 
 void apply(Runs runs, Strides strides, Stencil stencil, const float* z, float* image,
@@ -94,8 +167,7 @@ Products precondition(Runs runs, Direction direction, const float* scale, const 
   return {sum(with_itself), sum(with_residual)};
 }
 
-float advance(Runs runs, float alpha, Direction direction, const float* weight, float* solution,
-              float* residual, float* z) {
+float advance(Runs runs, float alpha, Direction direction, float* solution, float* residual, float* z) {
   Floats worst{};
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
@@ -103,7 +175,7 @@ float advance(Runs runs, float alpha, Direction direction, const float* weight, 
       store(z + s, load(z + s) - alpha * load(direction.preconditioned + s));
       const Floats rest = load(residual + s) - alpha * load(direction.image + s);
       store(residual + s, rest);
-      worst = maximum(worst, absolute(load(weight + s) * rest));
+      worst = maximum(worst, absolute(rest));
     }
   return largest(worst);
 }
@@ -164,7 +236,7 @@ void solve_columns(const ColumnSolve& solve) {
 }  // namespace
 
 extern const StencilKernels stencil_kernels_table;
-const StencilKernels stencil_kernels_table{assemble, apply,    combine,      precondition,
-                                           advance,  multiply, solve_columns};
+const StencilKernels stencil_kernels_table{gradients, assemble,     set_scale, start,    apply,
+                                           combine,   precondition, advance,   multiply, solve_columns};
 
 }  // namespace isochor::newton::ISOCHOR_WIDE

@@ -10,8 +10,8 @@ constexpr float collapsed = 1e-10F;
 
 }  // namespace
 
-StencilSolver::StencilSolver(const LatticeLayout& layout, const AlignedArray<float>& weights)
-    : layout_(layout), weights_(weights), entries_(stencil_size * layout.slots) {
+StencilSolver::StencilSolver(const LatticeLayout& layout)
+    : layout_(layout), entries_(stencil_size * layout.slots) {
   for (int k = 0; k < stencil_size; ++k) stencil_.entry[k] = entries_.data() + k * layout.slots;
   for (auto* array : {&solution_, &residual_, &scaled_, &z_, &box_diagonal_, &scale_})
     *array = AlignedArray<float>(layout.slots);
@@ -37,12 +37,8 @@ void StencilSolver::add(std::int32_t cell, std::int32_t other, float value) {
 void StencilSolver::prepare(const std::array<double, 3>& areas) {
   if (box_) box_->set_areas(areas);
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    for (const Run& run : slab.cells)
-      for (std::int32_t s = run.begin; s < run.end; ++s) {
-        const float diagonal = stencil_.entry[stencil_center][s], reference = box_diagonal_[s];
-        const bool present = diagonal > collapsed * reference && std::isfinite(diagonal);
-        scale_[s] = present ? std::sqrt(reference / diagonal) : 0.0F;
-      }
+    stencil_kernels().set_scale(as_runs(slab.cells), stencil_.entry[stencil_center], box_diagonal_.data(),
+                                collapsed, scale_.data());
 }
 
 Direction StencilSolver::direction(int i) const {
@@ -96,27 +92,23 @@ Products StencilSolver::precondition(const Direction& direction) {
 float StencilSolver::advance(float alpha, const Direction& direction) {
   float worst = 0.0F;
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    worst = std::max(worst, stencil_kernels().advance(as_runs(slab.cells), alpha, direction, weights_.data(),
-                                                      solution_.data(), residual_.data(), z_.data()));
+    worst = std::max(worst, stencil_kernels().advance(as_runs(slab.cells), alpha, direction, solution_.data(),
+                                                      residual_.data(), z_.data()));
   return worst;
 }
 
-/// z = P·residual, solution zero.
-void StencilSolver::start() {
+/// residual = −errors, z = P·residual, solution = 0.
+void StencilSolver::start(const double* errors) {
   for (const LatticeLayout::Slab& slab : layout_.slabs)
-    for (const Run& run : slab.cells)
-      for (std::int32_t s = run.begin; s < run.end; ++s) {
-        solution_[s] = 0.0F;
-        if (scale_[s] == 0.0F) residual_[s] = 0.0F;
-        scaled_[s] = scale_[s] * residual_[s];
-      }
+    stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(), solution_.data(), residual_.data(),
+                            scaled_.data());
   precondition({nullptr, residual_.data(), z_.data()});
 }
 
-int StencilSolver::solve(double tolerance) {
+int StencilSolver::solve(const double* errors, double tolerance) {
   // Slow progress is no reason to stop, but none at all is: then the rows contradict each other.
   constexpr int patience = 100, most_iterations = 3000;
-  start();
+  start(errors);
   float worst = advance(0.0F, direction(0));
   const auto goal = static_cast<float>(tolerance) * worst;
   float best = worst;

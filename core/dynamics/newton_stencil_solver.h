@@ -25,8 +25,7 @@ struct CarrierRows {
 /// diagonal.
 class StencilSolver {
  public:
-  /// weights: of a cell's residual where the largest is looked for.
-  StencilSolver(const LatticeLayout& layout, const AlignedArray<float>& weights);
+  explicit StencilSolver(const LatticeLayout& layout);
 
   const Stencil& stencil() const { return stencil_; }
   /// Adds to the entry of a cell and itself or a neighbour.
@@ -34,24 +33,21 @@ class StencilSolver {
   std::vector<CarrierRows>& carriers() { return carriers_; }
   /// To be called when the stencil has changed. areas: of the mean cell's faces, squared.
   void prepare(const std::array<double, 3>& areas);
-  /// Solves for the right side until the largest weighted residual is below tolerance times the first one.
-  /// Cells without a row stay zero. Returns the iterations.
-  int solve(double tolerance);
-
-  float* right_side() { return residual_.data(); }  ///< lost by the solution
+  /// Solves for −errors until the largest residual is below tolerance times the first one. Cells without a
+  /// row stay zero. Returns the iterations.
+  int solve(const double* errors, double tolerance);
   const float* solution() const { return solution_.data(); }
   std::int64_t bytes() const;
 
  private:
   Direction direction(int i) const;
-  void start();
+  void start(const double* errors);
   void apply(const EarlierDirections& earlier, float* image, double* products);
   void apply_carriers(const EarlierDirections& earlier, float* image, double* products);
   Products precondition(const Direction& direction);
   float advance(float alpha, const Direction& direction);
 
   const LatticeLayout& layout_;
-  const AlignedArray<float>& weights_;
   Stencil stencil_{};
   std::vector<CarrierRows> carriers_;
   std::optional<FastDiagonalization> box_;

@@ -50,6 +50,11 @@ inline Doubles absolute(Doubles v) {
   return reinterpret_cast<Doubles>(reinterpret_cast<DoubleMask>(v) & 0x7fffffffffffffff);
 }
 
+inline Floats square_root(Floats v) {
+  for (int i = 0; i < lanes; ++i) v[i] = __builtin_sqrtf(v[i]);
+  return v;
+}
+
 /// max that keeps a NaN, so that it is seen at the end.
 template <class V>
 inline V maximum(const V& a, const V& b) {
