@@ -2,35 +2,20 @@
 #include <cstdint>
 #include <span>
 
+#include "core/distance_field/feature_tiles.h"
+
 namespace isochor {
 
 /// What a kernel reads and writes, as bare pointers: kernels are compiled once an instruction set and must
 /// not instantiate anything that other translation units share (see block_kernels.cpp).
 struct BlockTask {
-  struct Vertices {
-    const double* position[3];
-    const float* away[4][3];
-    const float* offset[4];
-  } vertices;
-  struct Edges {
-    const double* start[3];
-    const double* direction[3];
-    const double* length;
-    const float* away[2][3];
-    const float* offset[2];
-  } edges;
-  struct Faces {
-    const double* normal[3];
-    const double* plane;
-    const float* inward[3][3];
-    const double* offset[3];
-  } faces;
-  struct Clusters {
-    const std::int32_t *first_vertex, *first_edge, *first_face;
-    const float* min[3];
-    const float* max[3];
-    std::int32_t count;
-  } clusters;
+  const VertexTile* vertices;
+  const EdgeTile* edges;
+  const FaceTile* faces;
+  const CornerTile* corners;
+  const Cluster* clusters;
+  const float *box_min[3], *box_max[3];  ///< of the clusters
+  std::int32_t cluster_count;
 
   int size[3];        ///< of the grid
   double spacing;     ///< model units of a voxel

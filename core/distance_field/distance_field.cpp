@@ -8,6 +8,7 @@
 #include <new>
 
 #include "core/common/error.h"
+#include "core/common/huge_array.h"
 #include "core/distance_field/block_kernel.h"
 #include "core/distance_field/features.h"
 #include "core/distance_field/fill.h"
@@ -16,43 +17,19 @@
 namespace isochor {
 namespace {
 
-BlockTask::Clusters view(const Features::Clusters& c) {
-  return {c.first_vertex.data(),
-          c.first_edge.data(),
-          c.first_face.data(),
-          {c.min[0].data(), c.min[1].data(), c.min[2].data()},
-          {c.max[0].data(), c.max[1].data(), c.max[2].data()},
-          c.count};
-}
-
-template <class T>
-void view(const Features::Vectors<T>& arrays, const T* (&pointers)[3]) {
-  for (int axis = 0; axis < 3; ++axis) pointers[axis] = arrays[axis].data();
-}
-
-template <class Offset, std::size_t n>
-void view(const std::array<Features::Vectors<float>, n>& directions,
-          const std::array<std::vector<Offset>, n>& offsets, const float* (&direction)[n][3],
-          const Offset* (&offset)[n]) {
-  for (std::size_t i = 0; i < n; ++i) {
-    view(directions[i], direction[i]);
-    offset[i] = offsets[i].data();
-  }
-}
-
 BlockTask make_task(const Features& features, DistanceField& field, const Progress& progress) {
   BlockTask task{};
-  view(features.vertices.position, task.vertices.position);
-  view(features.vertices.away, features.vertices.offset, task.vertices.away, task.vertices.offset);
-  view(features.edges.start, task.edges.start);
-  view(features.edges.direction, task.edges.direction);
-  task.edges.length = features.edges.length.data();
-  view(features.edges.away, features.edges.offset, task.edges.away, task.edges.offset);
-  view(features.faces.normal, task.faces.normal);
-  task.faces.plane = features.faces.plane.data();
-  view(features.faces.inward, features.faces.offset, task.faces.inward, task.faces.offset);
-  task.clusters = view(features.clusters);
-  for (int axis = 0; axis < 3; ++axis) task.size[axis] = field.grid.size[axis];
+  task.vertices = features.vertices.data();
+  task.edges = features.edges.data();
+  task.faces = features.faces.data();
+  task.corners = features.corners.data();
+  task.clusters = features.clusters.data();
+  task.cluster_count = features.cluster_count();
+  for (int axis = 0; axis < 3; ++axis) {
+    task.box_min[axis] = features.box_min[axis].data();
+    task.box_max[axis] = features.box_max[axis].data();
+    task.size[axis] = field.grid.size[axis];
+  }
   task.spacing = field.grid.spacing;
   task.distance = field.distance.data();
   task.owner = &progress;
@@ -76,7 +53,7 @@ class Scratch {
 
 /// The roots [begin, end) of the grid's cubes, in the order x, y, z. Returns the largest distance.
 float fill_roots(const BlockKernel& kernel, BlockTask task, std::int64_t begin, std::int64_t end) {
-  const Scratch scratch(kernel.scratch_bytes(task.clusters.count));
+  const Scratch scratch(kernel.scratch_bytes(task.cluster_count));
   task.scratch = scratch.get();
   constexpr int edge = BlockKernel::root_edge;
   const std::int64_t nx = (task.size[0] + edge - 1) / edge, ny = (task.size[1] + edge - 1) / edge;
@@ -89,18 +66,24 @@ float fill_roots(const BlockKernel& kernel, BlockTask task, std::int64_t begin, 
   return largest;
 }
 
+std::int64_t bytes_needed(const Grid& grid, std::int64_t triangles) {
+  return grid.count() * static_cast<std::int64_t>(sizeof(float)) + features_bytes(triangles);
+}
+
 void check_budget(const TriangleSoup& soup, const Grid& grid, const DistanceFieldOptions& options) {
   const auto triangles = static_cast<std::int64_t>(soup.triangles.size());
-  const std::int64_t fixed = features_bytes(triangles);
-  const std::int64_t bytes = grid.count() * static_cast<std::int64_t>(sizeof(float)) + fixed;
+  const std::int64_t bytes = bytes_needed(grid, triangles);
   if (bytes <= options.max_bytes) return;
-  const double left = std::max(0.0, static_cast<double>(options.max_bytes - fixed));
-  const int fits = static_cast<int>(options.voxels * std::cbrt(left / static_cast<double>(bytes - fixed)));
-  throw Error(
-      ErrorCode::over_budget,
-      fmt::format("the distance field would take {} MB, more than the limit of {} MB", bytes >> 20,
-                  options.max_bytes >> 20),
-      fits >= 16 ? fmt::format("voxels up to {} fit", fits) : "the mesh alone is too large: simplify it");
+  const Box box = bounding_box(soup);
+  DistanceFieldOptions fitting = options;
+  while (fitting.voxels >= least_voxels &&
+         bytes_needed(grid_of_box(box, fitting), triangles) > options.max_bytes)
+    --fitting.voxels;
+  throw Error(ErrorCode::over_budget,
+              fmt::format("the distance field would take {} MB, more than the limit of {} MB", bytes >> 20,
+                          options.max_bytes >> 20),
+              fitting.voxels >= least_voxels ? fmt::format("voxels up to {} fit", fitting.voxels)
+                                             : "the mesh alone is too large: simplify it");
 }
 
 }  // namespace
@@ -131,6 +114,8 @@ DistanceField make_distance_field(const TriangleSoup& soup, const DistanceFieldO
   field.grid = distance_grid(soup, options);
   check_budget(soup, field.grid, options);
   progress.throw_if_cancelled();
+  field.distance.reserve(field.grid.count());
+  prefer_huge_pages(field.distance.data(), field.distance.capacity() * sizeof(float));
   field.distance.resize(field.grid.count());
   fill_distances(soup, block_kernels().front(), field, progress);
   return field;

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "core/common/error.h"
-#include "core/distance_field/distance_field.h"
+#include "core/distance_field/fill.h"
 
 namespace isochor {
 namespace {
 
-constexpr int least_voxels = 16, most_voxels = 512, most_padding = 64;
+constexpr int most_voxels = 512, most_padding = 64;
 
 void check_options(const DistanceFieldOptions& options) {
   const auto refuse = [](const char* pointer, int value, int least, int most) {
@@ -50,6 +50,10 @@ Grid distance_grid(const TriangleSoup& soup, const DistanceFieldOptions& options
     throw Error(ErrorCode::empty_result, "the mesh has no triangle", "choose a mesh with triangles");
   const Box box = bounding_box(soup);
   check_box(box);
+  return grid_of_box(box, options);
+}
+
+Grid grid_of_box(const Box& box, const DistanceFieldOptions& options) {
   Grid grid;
   grid.spacing = box.size().maxCoeff() / options.voxels;
   for (int axis = 0; axis < 3; ++axis) {

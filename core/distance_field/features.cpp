@@ -1,8 +1,8 @@
 #include "core/distance_field/features.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "core/mesh_input/topology.h"
 #include "core/parallel/parallel.h"
@@ -10,32 +10,41 @@
 namespace isochor {
 namespace {
 
-constexpr std::int64_t grain = 4096;
+constexpr int triangles_per_cluster = 16;
+constexpr double far_away = 1e9;
 
 template <class Body>
 void for_all(std::size_t count, Body&& body) {
+  constexpr std::int64_t grain = 4096;  // whole tiles
   parallel_for(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) body(static_cast<std::size_t>(i));
   });
 }
 
-template <class T>
-void set(Features::Vectors<T>& arrays, std::size_t i, const Vec3& value) {
-  for (int axis = 0; axis < 3; ++axis) arrays[axis][i] = static_cast<T>(value[axis]);
+/// The tile of a feature; neutral before its first lane is made.
+template <class Tile>
+Tile& tile_of(HugeArray<Tile>& tiles, std::size_t number) {
+  Tile& tile = tiles[number / tile_lanes];
+  if (number % tile_lanes == 0) tile = Tile{};
+  return tile;
 }
 
 template <class T>
-Vec3 get(const Features::Vectors<T>& arrays, std::size_t i) {
-  return {arrays[0][i], arrays[1][i], arrays[2][i]};
+void set(T (&field)[3][tile_lanes], int lane, const Vec3& value) {
+  for (int axis = 0; axis < 3; ++axis) field[axis][lane] = static_cast<T>(value[axis]);
 }
 
 template <class T>
-void resize(std::vector<T>& array, std::size_t count) {
-  array.resize(count + Features::padding);
+Vec3 get(const T (&field)[3][tile_lanes], int lane) {
+  return {field[0][lane], field[1][lane], field[2][lane]};
 }
-template <class Arrays, std::size_t n>
-void resize(std::array<Arrays, n>& arrays, std::size_t count) {
-  for (Arrays& array : arrays) resize(array, count);
+
+/// direction·(x − through) ≥ 0, for the direction as it is stored.
+template <int n, class Offset>
+void set_condition(RegionTile<n, Offset>& region, int i, int lane, const Vec3& direction,
+                   const Vec3& through) {
+  set(region.direction[i], lane, direction);
+  region.offset[i][lane] = static_cast<Offset>(get(region.direction[i], lane).dot(through));
 }
 
 /// Every third bit of the result is a bit of the ten in v.
@@ -46,29 +55,17 @@ std::uint32_t spread(std::uint32_t v) {
   return (v | v << 2) & 0x09249249U;
 }
 
-/// Open addressing from a pair of vertices to an edge's number.
-class EdgeTable {
- public:
-  explicit EdgeTable(std::size_t edges) : slots_(std::bit_ceil(2 * edges + 1), {0, -1}) {}
-
-  /// The slot's number, −1 when the edge is new.
-  std::int32_t& operator()(std::int32_t a, std::int32_t b) {
-    const std::uint64_t low = static_cast<std::uint32_t>(std::min(a, b));
-    const std::uint64_t key = low << 32 | static_cast<std::uint32_t>(std::max(a, b));
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = key * 0x9e3779b97f4a7c15U >> 20 & mask;
-    while (slots_[slot].edge >= 0 && slots_[slot].key != key) slot = (slot + 1) & mask;
-    slots_[slot].key = key;
-    return slots_[slot].edge;
+/// By the bits from 32 on, ten at a time; the order of equal codes is that of the input.
+void radix_sort(std::vector<std::uint64_t>& keys) {
+  std::vector<std::uint64_t> other(keys.size());
+  for (int shift = 32; shift < 62; shift += 10) {
+    std::array<std::size_t, 1025> begin{};
+    for (std::uint64_t key : keys) ++begin[(key >> shift & 1023) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    for (std::uint64_t key : keys) other[begin[key >> shift & 1023]++] = key;
+    keys.swap(other);
   }
-
- private:
-  struct Slot {
-    std::uint64_t key;
-    std::int32_t edge;
-  };
-  std::vector<Slot> slots_;
-};
+}
 
 class FeatureBuilder {
  public:
@@ -77,23 +74,28 @@ class FeatureBuilder {
   Features run() {
     place_vertices();
     sort_triangles();
-    number_features();
-    resize_arrays();
+    number_vertices_and_faces();
+    find_first_half_edges();
+    number_edges();
+    features_.vertices = HugeArray<VertexTile>(vertex_of_.size() / tile_lanes);
+    features_.edges = HugeArray<EdgeTile>(edge_of_.size() / tile_lanes);
+    features_.faces = HugeArray<FaceTile>(face_of_.size() / tile_lanes);
     for_all(face_of_.size(), [&](std::size_t f) { make_face(f); });
     for_all(edge_of_.size(), [&](std::size_t e) { make_edge(e); });
     for_all(vertex_of_.size(), [&](std::size_t v) { make_vertex(v); });
-    for_all(static_cast<std::size_t>(features_.clusters.count), [&](std::size_t c) { make_box(c); });
+    make_clusters();
     return std::move(features_);
   }
 
  private:
+  // What a lane of a tile is made from; −1 stands for none, also for a free lane.
   struct EdgeSource {
-    std::int32_t from = 0, to = 0;
-    std::array<std::int32_t, Features::edge_conditions> sides{-1, -1};  ///< 3·face + side
+    std::int32_t from = -1, to = -1;
+    std::array<std::int32_t, 2> sides{-1, -1};  ///< 3·face + side
   };
   struct VertexSource {
-    std::int32_t at = 0;
-    std::array<std::int32_t, Features::vertex_conditions> edges{-1, -1, -1, -1};
+    std::int32_t at = -1;
+    std::array<std::int32_t, 4> neighbors{-1, -1, -1, -1};
   };
 
   const Vec3& corner(const Triangle& t, int i) const { return positions_[t[i % 3]]; }
@@ -126,63 +128,33 @@ class FeatureBuilder {
     });
   }
 
-  /// By the upper 30 bits, ten at a time; the order of equal codes is that of the input.
-  static void radix_sort(std::vector<std::uint64_t>& keys) {
-    std::vector<std::uint64_t> other(keys.size());
-    for (int shift = 32; shift < 62; shift += 10) {
-      std::array<std::size_t, 1025> begin{};
-      for (std::uint64_t key : keys) ++begin[(key >> shift & 1023) + 1];
-      for (std::size_t digit = 1; digit < begin.size(); ++digit) begin[digit] += begin[digit - 1];
-      for (std::uint64_t key : keys) other[begin[key >> shift & 1023]++] = key;
-      keys.swap(other);
-    }
+  template <class Source>
+  static void fill_tile(std::vector<Source>& sources, const Source& none) {
+    while (sources.size() % tile_lanes != 0) sources.push_back(none);
   }
 
-  /// A feature belongs to the first triangle that has it, and so to one cluster.
-  void number_features() {
-    std::vector<std::int32_t> number(positions_.size(), -1);
-    EdgeTable table(3 * triangles_.size());
-    Features::Clusters& clusters = features_.clusters;
+  void number_vertices_and_faces() {
+    number_.assign(positions_.size(), -1);
+    face_.resize(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      if (t % Features::triangles_per_cluster == 0) begin_cluster();
-      const Triangle& corners = triangles_[t];
-      for (std::int32_t v : corners)
-        if (number[v] < 0) {
-          number[v] = static_cast<std::int32_t>(vertex_of_.size());
-          vertex_of_.push_back({v});
+      if (t % triangles_per_cluster == 0) begin_cluster();
+      for (std::int32_t v : triangles_[t])
+        if (number_[v] < 0) {
+          number_[v] = static_cast<std::int32_t>(vertex_of_.size());
+          vertex_of_.push_back({v, {-1, -1, -1, -1}});
         }
-      const std::int32_t face = is_flat(corners) ? -1 : static_cast<std::int32_t>(face_of_.size());
-      if (face >= 0) face_of_.push_back(static_cast<std::int32_t>(t));
-      for (int side = 0; side < 3; ++side)
-        number_edge(table, number, corners[side], corners[(side + 1) % 3], face < 0 ? -1 : 3 * face + side);
+      face_[t] = is_flat(triangles_[t]) ? -1 : static_cast<std::int32_t>(face_of_.size());
+      if (face_[t] >= 0) face_of_.push_back(static_cast<std::int32_t>(t));
     }
-    clusters.count = static_cast<std::int32_t>(clusters.first_face.size());
     begin_cluster();
   }
 
   void begin_cluster() {
-    features_.clusters.first_vertex.push_back(static_cast<std::int32_t>(vertex_of_.size()));
-    features_.clusters.first_edge.push_back(static_cast<std::int32_t>(edge_of_.size()));
-    features_.clusters.first_face.push_back(static_cast<std::int32_t>(face_of_.size()));
-  }
-
-  void number_edge(EdgeTable& table, const std::vector<std::int32_t>& number, std::int32_t from,
-                   std::int32_t to, std::int32_t side) {
-    if ((positions_[to] - positions_[from]).squaredNorm() < degenerate_size * degenerate_size) return;
-    std::int32_t& edge = table(from, to);
-    if (edge < 0) {
-      edge = static_cast<std::int32_t>(edge_of_.size());
-      edge_of_.push_back({from, to});
-      remember(vertex_of_[number[from]].edges, edge);
-      remember(vertex_of_[number[to]].edges, edge);
-    }
-    if (side >= 0) remember(edge_of_[edge].sides, side);
-  }
-
-  template <std::size_t n>
-  static void remember(std::array<std::int32_t, n>& places, std::int32_t value) {
-    const auto free = std::find(places.begin(), places.end(), -1);
-    if (free != places.end()) *free = value;
+    fill_tile(vertex_of_, VertexSource{});
+    fill_tile(face_of_, -1);
+    Cluster& cluster = features_.clusters.emplace_back();
+    cluster.vertices = static_cast<std::int32_t>(vertex_of_.size() / tile_lanes);
+    cluster.faces = static_cast<std::int32_t>(face_of_.size() / tile_lanes);
   }
 
   /// Whether the triangle's height over its longest side is next to nothing.
@@ -192,78 +164,168 @@ class FeatureBuilder {
     return !(a.cross(b).squaredNorm() > degenerate_size * degenerate_size * longest);
   }
 
-  void resize_arrays() {
-    auto& [vertices, edges, faces, clusters] = features_;
-    resize(vertices.position, vertex_of_.size());
-    resize(vertices.away, vertex_of_.size());
-    resize(vertices.offset, vertex_of_.size());
-    resize(edges.start, edge_of_.size());
-    resize(edges.direction, edge_of_.size());
-    resize(edges.length, edge_of_.size());
-    resize(edges.away, edge_of_.size());
-    resize(edges.offset, edge_of_.size());
-    resize(faces.normal, face_of_.size());
-    resize(faces.plane, face_of_.size());
-    resize(faces.inward, face_of_.size());
-    resize(faces.offset, face_of_.size());
-    resize(clusters.min, static_cast<std::size_t>(clusters.count));
-    resize(clusters.max, static_cast<std::size_t>(clusters.count));
-  }
-
-  void make_face(std::size_t f) {
-    Features::Faces& faces = features_.faces;
-    const Triangle& t = triangles_[face_of_[f]];
-    const Vec3 normal = (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).normalized();
-    set(faces.normal, f, normal);
-    faces.plane[f] = normal.dot((corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
-    for (int side = 0; side < 3; ++side) {
-      const Vec3 inward = normal.cross(corner(t, side + 1) - corner(t, side)).normalized();
-      set(faces.inward[side], f, inward);
-      // Through the middle of the side, where the rounding of its direction to float does least harm.
-      faces.offset[side][f] = get(faces.inward[side], f).dot(0.5 * (corner(t, side) + corner(t, side + 1)));
+  /// Half-edges with the same ends: each learns the first. They are grouped by their lower vertex; the
+  /// numbers follow the Morton order, so a group's memory is near at hand.
+  void find_first_half_edges() {
+    struct Entry {
+      std::int32_t high, half_edge;
+      auto operator<=>(const Entry&) const = default;
+    };
+    const std::size_t count = 3 * triangles_.size();
+    std::vector<std::int32_t> begin(vertex_of_.size() + 1, 0);
+    const auto ends = [&](std::size_t h) {
+      const Triangle& t = triangles_[h / 3];
+      return std::minmax({number_[t[h % 3]], number_[t[(h + 1) % 3]]});
+    };
+    for (std::size_t h = 0; h < count; ++h) ++begin[ends(h).first + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    HugeArray<Entry> entries(count);
+    for (std::size_t h = count; h-- > 0;) {
+      const auto [low, high] = ends(h);
+      entries[--begin[low + 1]] = {high, static_cast<std::int32_t>(h)};
     }
-  }
-
-  void make_edge(std::size_t e) {
-    Features::Edges& edges = features_.edges;
-    const EdgeSource& source = edge_of_[e];
-    const Vec3 along = positions_[source.to] - positions_[source.from];
-    set(edges.start, e, positions_[source.from]);
-    edges.length[e] = along.norm();
-    set(edges.direction, e, along / edges.length[e]);
-    for (int i = 0; i < Features::edge_conditions; ++i) {
-      if (source.sides[i] < 0) {
-        edges.offset[i][e] = 0.0F;
-        continue;
+    first_half_edge_ = HugeArray<std::int32_t>(count);
+    for_all(vertex_of_.size(), [&](std::size_t v) {
+      const auto first = entries.begin() + begin[v + 1];
+      const auto last = v + 2 < begin.size() ? entries.begin() + begin[v + 2] : entries.end();
+      std::sort(first, last);
+      for (auto entry = first, group = first; entry != last; ++entry) {
+        if (entry->high != group->high) group = entry;
+        first_half_edge_[entry->half_edge] = group->half_edge;
       }
-      const Vec3 away = -get(features_.faces.inward[source.sides[i] % 3], source.sides[i] / 3);
-      set(edges.away[i], e, away);
-      edges.offset[i][e] = static_cast<float>(away.dot(positions_[source.from] + 0.5 * along));
+    });
+  }
+
+  void number_edges() {
+    HugeArray<std::int32_t>& edge_of_half_edge = first_half_edge_;  // each is read before it is replaced
+    for (std::size_t h = 0; h < edge_of_half_edge.size(); ++h) {
+      if (h % (3 * triangles_per_cluster) == 0) {
+        fill_tile(edge_of_, EdgeSource{});
+        features_.clusters[h / (3 * triangles_per_cluster)].edges =
+            static_cast<std::int32_t>(edge_of_.size() / tile_lanes);
+      }
+      const auto first = static_cast<std::size_t>(edge_of_half_edge[h]);
+      edge_of_half_edge[h] = first == h ? add_edge(h) : edge_of_half_edge[first];
+      const std::int32_t face = face_[h / 3];
+      if (edge_of_half_edge[h] >= 0 && face >= 0)
+        remember(edge_of_[edge_of_half_edge[h]].sides, 3 * face + static_cast<std::int32_t>(h % 3));
+    }
+    fill_tile(edge_of_, EdgeSource{});
+    features_.clusters.back().edges = static_cast<std::int32_t>(edge_of_.size() / tile_lanes);
+  }
+
+  /// Its number, or −1 when it is too short to count.
+  std::int32_t add_edge(std::size_t half_edge) {
+    const Triangle& t = triangles_[half_edge / 3];
+    const std::int32_t from = t[half_edge % 3], to = t[(half_edge + 1) % 3];
+    if ((positions_[to] - positions_[from]).squaredNorm() < degenerate_size * degenerate_size) return -1;
+    edge_of_.push_back({from, to, {-1, -1}});
+    remember(vertex_of_[number_[from]].neighbors, to);
+    remember(vertex_of_[number_[to]].neighbors, from);
+    return static_cast<std::int32_t>(edge_of_.size()) - 1;
+  }
+
+  template <std::size_t n>
+  static void remember(std::array<std::int32_t, n>& places, std::int32_t value) {
+    const auto free = std::find(places.begin(), places.end(), -1);
+    if (free != places.end()) *free = value;
+  }
+
+  void make_face(std::size_t number) {
+    FaceTile& tile = tile_of(features_.faces, number);
+    const int lane = static_cast<int>(number % tile_lanes);
+    if (face_of_[number] < 0) {
+      tile.region.offset[0][lane] = far_away;
+      return;
+    }
+    const Triangle& t = triangles_[face_of_[number]];
+    const Vec3 normal = (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).normalized();
+    set(tile.normal, lane, normal);
+    tile.plane[lane] = normal.dot((corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
+    for (int side = 0; side < 3; ++side) {
+      const Vec3 &a = corner(t, side), &b = corner(t, side + 1);
+      // Through the middle of the side, where the rounding of its direction does least harm.
+      set_condition(tile.region, side, lane, normal.cross(b - a).normalized(), 0.5 * (a + b));
     }
   }
 
-  void make_vertex(std::size_t v) {
-    Features::Vertices& vertices = features_.vertices;
-    const VertexSource& source = vertex_of_[v];
+  void make_edge(std::size_t number) {
+    EdgeTile& tile = tile_of(features_.edges, number);
+    const int lane = static_cast<int>(number % tile_lanes);
+    const EdgeSource& source = edge_of_[number];
+    if (source.from < 0) {
+      set(tile.start, lane, Vec3::Constant(far_away));
+      set(tile.direction, lane, Vec3::UnitX());
+      return;
+    }
+    const Vec3 &from = positions_[source.from], &to = positions_[source.to];
+    set(tile.start, lane, from);
+    tile.length[lane] = (to - from).norm();
+    set(tile.direction, lane, (to - from) / tile.length[lane]);
+    for (int i = 0; i < 2; ++i) {
+      if (source.sides[i] < 0) continue;
+      const int face = source.sides[i] / 3, side = source.sides[i] % 3;
+      const Vec3 inward = get(features_.faces[face / tile_lanes].region.direction[side], face % tile_lanes);
+      set_condition(tile.region, i, lane, -inward, 0.5 * (from + to));
+    }
+  }
+
+  void make_vertex(std::size_t number) {
+    VertexTile& tile = tile_of(features_.vertices, number);
+    const int lane = static_cast<int>(number % tile_lanes);
+    const VertexSource& source = vertex_of_[number];
+    if (source.at < 0) return set(tile.position, lane, Vec3::Constant(far_away));
     const Vec3& position = positions_[source.at];
-    set(vertices.position, v, position);
-    for (int i = 0; i < Features::vertex_conditions; ++i) {
-      if (source.edges[i] < 0) continue;
-      const double sign = edge_of_[source.edges[i]].from == source.at ? -1.0 : 1.0;
-      const Vec3 away = sign * get(features_.edges.direction, source.edges[i]);
-      set(vertices.away[i], v, away);
-      vertices.offset[i][v] = static_cast<float>(away.dot(position));
-    }
+    set(tile.position, lane, position);
+    for (int i = 0; i < 4; ++i)
+      if (source.neighbors[i] >= 0)
+        set_condition(tile.region, i, lane, (position - positions_[source.neighbors[i]]).normalized(),
+                      position);
   }
 
-  void make_box(std::size_t cluster) {
+  void make_clusters() {
+    const std::size_t count = features_.clusters.size() - 1;
+    // Whole vectors are read.
+    for (auto* box : {&features_.box_min, &features_.box_max})
+      for (std::vector<float>& axis : *box) axis.resize(count + CornerTile::lanes);
+    for (std::size_t c = 0; c < count; ++c) make_cluster(c);
+    features_.clusters.back().corners = static_cast<std::int32_t>(features_.corners.size());
+  }
+
+  void make_cluster(std::size_t c) {
+    Cluster& cluster = features_.clusters[c];
+    cluster.corners = static_cast<std::int32_t>(features_.corners.size());
+    std::vector<std::int32_t>& used = corners_;
+    used.clear();
+    const std::size_t begin = c * triangles_per_cluster;
+    const std::size_t end = std::min(begin + triangles_per_cluster, triangles_.size());
+    double longest2 = 0.0;
+    for (std::size_t t = begin; t < end; ++t)
+      for (int i = 0; i < 3; ++i) {
+        used.push_back(triangles_[t][i]);
+        longest2 =
+            std::max(longest2, (corner(triangles_[t], i + 1) - corner(triangles_[t], i)).squaredNorm());
+      }
+    cluster.slack = static_cast<float>(longest2 / 3.0);  // an equilateral triangle's; others have less
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    while (used.size() % CornerTile::lanes != 0) used.push_back(used.back());
+    add_corners(c);
+  }
+
+  void add_corners(std::size_t c) {
     Box box;
-    const std::size_t first = cluster * Features::triangles_per_cluster;
-    const std::size_t last = std::min(triangles_.size(), first + Features::triangles_per_cluster);
-    for (std::size_t t = first; t < last; ++t)
-      for (std::int32_t v : triangles_[t]) box.extend(positions_[v]);
-    set(features_.clusters.min, cluster, box.min);
-    set(features_.clusters.max, cluster, box.max);
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      if (i % CornerTile::lanes == 0) features_.corners.emplace_back();
+      const Vec3& position = positions_[corners_[i]];
+      box.extend(position);
+      for (int axis = 0; axis < 3; ++axis)
+        features_.corners.back().position[axis][i % CornerTile::lanes] = static_cast<float>(position[axis]);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      features_.box_min[axis][c] = static_cast<float>(box.min[axis]);
+      features_.box_max[axis][c] = static_cast<float>(box.max[axis]);
+    }
   }
 
   const TriangleSoup& soup_;
@@ -271,8 +333,11 @@ class FeatureBuilder {
   Features features_;
   std::vector<Vec3> positions_;  ///< in voxels
   std::vector<std::int32_t> merged_;
-  std::vector<Triangle> triangles_;    ///< in Morton order
-  std::vector<std::int32_t> face_of_;  ///< face → triangle
+  std::vector<Triangle> triangles_;              ///< in Morton order
+  std::vector<std::int32_t> number_;             ///< vertex → lane
+  std::vector<std::int32_t> face_;               ///< triangle → lane, −1 when flat
+  HugeArray<std::int32_t> first_half_edge_;      ///< 3·triangle + side
+  std::vector<std::int32_t> face_of_, corners_;  ///< lane → triangle; of one cluster
   std::vector<EdgeSource> edge_of_;
   std::vector<VertexSource> vertex_of_;
 };
@@ -284,10 +349,12 @@ Features make_features(const TriangleSoup& soup, const Grid& grid) {
 }
 
 std::int64_t features_bytes(std::int64_t triangles) {
-  // A loose soup has three vertices and three edges a triangle.
-  constexpr std::int64_t vertex = 3 * 8 + 4 * 16 + 20, edge = 7 * 8 + 2 * 16 + 16 + 2 * 16,
-                         face = 7 * 8 + 9 * 4 + 4;
-  return triangles * (3 * vertex + 3 * edge + face + 32);
+  // A loose soup has three vertices and three edges a triangle; what building needs besides is less than
+  // half.
+  constexpr std::int64_t lane_bytes =
+      (3 * sizeof(VertexTile) + 3 * sizeof(EdgeTile) + sizeof(FaceTile)) / tile_lanes +
+      sizeof(CornerTile) / 4;
+  return (triangles + 2 * triangles_per_cluster) * lane_bytes * 3 / 2;
 }
 
 }  // namespace isochor

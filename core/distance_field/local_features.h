@@ -93,13 +93,13 @@ class FeatureGatherer {
   }
 
   void add_cluster(int cluster) {
-    const BlockTask::Clusters& c = task_.clusters;
-    for (int i = c.first_vertex[cluster]; i < c.first_vertex[cluster + 1]; i += lanes)
-      add_vertices(i, lane_mask(c.first_vertex[cluster + 1] - i));
-    for (int i = c.first_edge[cluster]; i < c.first_edge[cluster + 1]; i += lanes)
-      add_edges(i, lane_mask(c.first_edge[cluster + 1] - i));
-    for (int i = c.first_face[cluster]; i < c.first_face[cluster + 1]; i += lanes)
-      add_faces(i, lane_mask(c.first_face[cluster + 1] - i));
+    const Cluster &begin = task_.clusters[cluster], &end = task_.clusters[cluster + 1];
+    for (int tile = begin.vertices; tile < end.vertices; ++tile)
+      for (int lane = 0; lane < tile_lanes; lane += lanes) add_vertices(task_.vertices[tile], lane);
+    for (int tile = begin.edges; tile < end.edges; ++tile)
+      for (int lane = 0; lane < tile_lanes; lane += lanes) add_edges(task_.edges[tile], lane);
+    for (int tile = begin.faces; tile < end.faces; ++tile)
+      for (int lane = 0; lane < tile_lanes; lane += lanes) add_faces(task_.faces[tile], lane);
   }
 
  private:
@@ -111,7 +111,7 @@ class FeatureGatherer {
     D direction[n][3], offset[n], reach[n];
   };
 
-  static unsigned lane_mask(int left) { return left >= lanes ? (1U << lanes) - 1 : (1U << left) - 1; }
+  static constexpr unsigned all = (1U << lanes) - 1;
   static D dot(const D* a, const D* b) { return Simd::fma(a[0], b[0], Simd::fma(a[1], b[1], a[2] * b[2])); }
   static D norm1(const D* a) { return Simd::abs(a[0]) + Simd::abs(a[1]) + Simd::abs(a[2]); }
   static D load_offset(const float* p) { return Simd::load_wide(p); }
@@ -127,14 +127,13 @@ class FeatureGatherer {
     return result;
   }
 
-  /// Loads the conditions of the features from i on and drops those lanes whose region misses the cube.
+  /// Loads the conditions of the features from a lane on and drops those whose region misses the cube.
   template <int n, class Offset>
-  unsigned test_region(const float* const (&direction)[n][3], const Offset* const (&offset)[n], int i,
-                       Region<n>& region, unsigned mask) const {
+  unsigned test_region(const RegionTile<n, Offset>& tile, int lane, Region<n>& region, unsigned mask) const {
     for (int j = 0; j < n; ++j) {
       for (int axis = 0; axis < 3; ++axis)
-        region.direction[j][axis] = Simd::load_wide(direction[j][axis] + i);
-      region.offset[j] = dot(region.direction[j], center_) - load_offset(offset[j] + i);
+        region.direction[j][axis] = Simd::load_wide(tile.direction[j][axis] + lane);
+      region.offset[j] = dot(region.direction[j], center_) - load_offset(tile.offset[j] + lane);
       region.reach[j] = norm1(region.direction[j]);
       const D largest = Simd::fma(region.reach[j], half_, region.offset[j]);
       mask &= ~Simd::less(largest, Simd::set(-double{region_tolerance}));
@@ -163,35 +162,34 @@ class FeatureGatherer {
     return least;
   }
 
-  void add_vertices(int i, unsigned mask) {
-    const BlockTask::Vertices& v = task_.vertices;
+  void add_vertices(const VertexTile& tile, int lane) {
     D anchor[3];
-    for (int axis = 0; axis < 3; ++axis) anchor[axis] = Simd::load(v.position[axis] + i) - center_[axis];
+    for (int axis = 0; axis < 3; ++axis)
+      anchor[axis] = Simd::load(tile.position[axis] + lane) - center_[axis];
     const Affine f = affine(anchor);
-    mask &= ~Simd::less(tolerance_, Simd::fnma(norm1(f.linear), half_, f.constant));
+    unsigned mask = all & ~Simd::less(tolerance_, Simd::fnma(norm1(f.linear), half_, f.constant));
     if (mask == 0) return;
     Region<4> region;
-    mask = test_region(v.away, v.offset, i, region, mask);
+    mask = test_region(tile.region, lane, region, mask);
     if (mask == 0) return;
     store(local_.vertices, f, region, mask);
     local_.vertices.count += __builtin_popcount(mask);
   }
 
-  void add_edges(int i, unsigned mask) {
-    const BlockTask::Edges& e = task_.edges;
+  void add_edges(const EdgeTile& tile, int lane) {
     D start[3], along[3], anchor[3];
     for (int axis = 0; axis < 3; ++axis) {
-      start[axis] = Simd::load(e.start[axis] + i) - center_[axis];
-      along[axis] = Simd::load(e.direction[axis] + i);
+      start[axis] = Simd::load(tile.start[axis] + lane) - center_[axis];
+      along[axis] = Simd::load(tile.direction[axis] + lane);
     }
     const D begin = dot(along, start);
-    const D end = begin + Simd::load(e.length + i);
+    const D end = begin + Simd::load(tile.length + lane);
     const D reach = norm1(along);
     const D slack = Simd::fma(reach, half_, Simd::set(double{region_tolerance}));
-    mask &= ~Simd::less(slack, begin) & ~Simd::less(end, Simd::set(0.0) - slack);
+    unsigned mask = all & ~Simd::less(slack, begin) & ~Simd::less(end, Simd::set(0.0) - slack);
     if (mask == 0) return;
     Region<2> region;
-    mask = test_region(e.away, e.offset, i, region, mask);
+    mask = test_region(tile.region, lane, region, mask);
     if (mask == 0) return;
     for (int axis = 0; axis < 3; ++axis) anchor[axis] = Simd::fnma(begin, along[axis], start[axis]);
     const Affine f = affine(anchor);
@@ -206,14 +204,13 @@ class FeatureGatherer {
     edges.count += __builtin_popcount(mask);
   }
 
-  void add_faces(int i, unsigned mask) {
-    const BlockTask::Faces& t = task_.faces;
+  void add_faces(const FaceTile& tile, int lane) {
     Region<3> region;
-    mask = test_region(t.inward, t.offset, i, region, mask);
+    unsigned mask = test_region(tile.region, lane, region, all);
     if (mask == 0) return;
     D normal[3], anchor[3];
-    for (int axis = 0; axis < 3; ++axis) normal[axis] = Simd::load(t.normal[axis] + i);
-    const D distance = dot(normal, center_) - Simd::load(t.plane + i);
+    for (int axis = 0; axis < 3; ++axis) normal[axis] = Simd::load(tile.normal[axis] + lane);
+    const D distance = dot(normal, center_) - Simd::load(tile.plane + lane);
     for (int axis = 0; axis < 3; ++axis) anchor[axis] = Simd::set(0.0) - distance * normal[axis];
     const Affine f = affine(anchor);
     const D corner2 = Simd::set(3.0) * half_ * half_;  // |x|² at a corner

@@ -1,0 +1,67 @@
+#pragma once
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+namespace isochor {
+
+inline constexpr std::size_t huge_page = std::size_t{2} << 20;
+
+/// Asks for huge pages where memory is large enough for them. The first touch of a page of 4 KiB can cost ten
+/// times what filling it costs, most of all on virtual machines. Call it before that touch.
+inline void prefer_huge_pages(void* memory, std::size_t bytes) {
+  const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+  const std::uintptr_t first = (begin + huge_page - 1) / huge_page * huge_page;
+  const std::uintptr_t last = (begin + bytes) / huge_page * huge_page;
+#ifdef MADV_HUGEPAGE
+  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+#endif
+}
+
+/// A large array of plain values, not initialised, in huge pages where the system offers them.
+template <class T>
+class HugeArray {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+ public:
+  HugeArray() = default;
+  explicit HugeArray(std::size_t size) : size_(size) {
+    const std::size_t bytes = size * sizeof(T);
+    alignment_ = std::align_val_t{bytes >= huge_page ? huge_page : 64};
+    data_ = static_cast<T*>(::operator new(bytes, alignment_));
+    prefer_huge_pages(data_, bytes);
+  }
+  ~HugeArray() {
+    if (data_ != nullptr) ::operator delete(data_, alignment_);
+  }
+  HugeArray(HugeArray&& other) noexcept { swap(other); }
+  HugeArray& operator=(HugeArray&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
+
+ private:
+  void swap(HugeArray& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(alignment_, other.alignment_);
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+  std::align_val_t alignment_{64};
+};
+
+}  // namespace isochor
