@@ -5,9 +5,16 @@
 #include "core/parallel/parallel.h"
 
 namespace isochor::newton {
+namespace {
+
+/// Parts that depend on the count only.
+constexpr std::int64_t parts = 8;
+
+}  // namespace
 
 FastDiagonalization::FastDiagonalization(const LatticeLayout& layout)
-    : size_(layout.size),
+    : parallel_(layout.slabs.size() >= LatticeLayout::fewest_parallel_slabs),
+      size_(layout.size),
       strides_(layout.strides),
       origin_(layout.origin),
       row_((layout.size[0] + chunk - 1) / chunk * chunk),
@@ -89,13 +96,28 @@ void FastDiagonalization::backward(std::int64_t plane, float* to) const {
     std::copy_n(values + std::int64_t{j} * row_, size_[0], target + j * strides_.row);
 }
 
+template <class Body>
+void FastDiagonalization::for_work(std::int64_t count, const Body& body) const {
+  if (parallel_)
+    parallel_for(count, (count + parts - 1) / parts, body);
+  else
+    body(0, count);
+}
+
 void FastDiagonalization::apply(const float* from, float* to) const {
   const std::int64_t columns = std::int64_t{row_} * size_[1];
-  for (std::int64_t plane = 0; plane < size_[2]; ++plane) forward(plane, from);
-  stencil_kernels().solve_columns({axes_[2].transposed.data(), axes_[2].modes.data(),
-                                   inverse_eigenvalues_.data(), values_.data(), columns, size_[2],
-                                   static_cast<int>(columns)});
-  for (std::int64_t plane = 0; plane < size_[2]; ++plane) backward(plane, to);
+  for_work(size_[2], [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t plane = begin; plane < end; ++plane) forward(plane, from);
+  });
+  for_work(columns / chunk, [&](std::int64_t begin, std::int64_t end) {
+    const std::int64_t first = begin * chunk, count = (end - begin) * chunk;
+    stencil_kernels().solve_columns({axes_[2].transposed.data(), axes_[2].modes.data(),
+                                     inverse_eigenvalues_.data() + first, values_.data() + first, columns,
+                                     size_[2], static_cast<int>(count)});
+  });
+  for_work(size_[2], [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t plane = begin; plane < end; ++plane) backward(plane, to);
+  });
 }
 
 std::int64_t FastDiagonalization::bytes() const {

@@ -34,6 +34,10 @@ class FastDiagonalization {
   void forward(std::int64_t plane, const float* from) const;
   void backward(std::int64_t plane, float* to) const;
 
+  template <class Body>
+  void for_work(std::int64_t count, const Body& body) const;
+
+  bool parallel_;
   std::array<int, 3> size_;
   Strides strides_;
   std::int64_t origin_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/dynamics/newton_kernels.h"
+#include "core/parallel/parallel.h"
 #include "core/tetrahedra/tet_mesh.h"
 
 namespace isochor::newton {
@@ -30,6 +31,9 @@ struct LatticeLayout {
   struct Slab {
     std::vector<Run> cells, nodes;  ///< chunks with a cell, with a vertex
   };
+  /// Bodies of fewer slabs are done before a second thread has woken up.
+  static constexpr std::size_t fewest_parallel_slabs = 8;
+
   enum Kind : std::uint8_t { none, even, odd, irregular_even, irregular_odd };
 
   std::array<int, 3> size;  ///< cells an axis
@@ -54,6 +58,20 @@ struct LatticeLayout {
   std::int64_t corner_slot(std::int64_t cell, int corner) const {
     return irregular(cell) ? irregular_cells[irregular_index(cell)].corners[corner]
                            : cell + corner_offset(corner);
+  }
+  /// Calls body(index of the slab, slab) for all slabs first, first + step, …, on all threads.
+  template <class Body>
+  void for_slabs(const Body& body, std::int64_t first = 0, std::int64_t step = 1) const {
+    const auto count = static_cast<std::int64_t>(slabs.size());
+    const auto range = [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = first + begin * step; i < first + end * step && i < count; i += step)
+        body(i, slabs[i]);
+    };
+    const std::int64_t turns = (count - first + step - 1) / step;
+    if (slabs.size() < fewest_parallel_slabs)
+      range(0, turns);
+    else
+      parallel_for(turns, 1, range);
   }
   /// Calls visit(slot of the cell, corner) for all cells at a vertex.
   template <class Visit>

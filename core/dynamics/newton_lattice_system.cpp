@@ -15,6 +15,7 @@ LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
   for (int k = 0; k < 24; ++k) weighted_.value[k] = weighted_values_.data() + k * layout_.slots;
   weighted_irregular_.resize(layout_.irregular_cells.size());
   irregular_rest_volumes_.resize(layout_.irregular_cells.size());
+  slab_sums_.resize(layout_.slabs.size());
   set_rest_volumes();
   set_masses();
 }
@@ -99,17 +100,19 @@ CellCorners LatticeSystem::scaled_gradient(std::int64_t cell, const PointArray& 
 VolumeErrors LatticeSystem::evaluate(double t) {
   const bool moved = t != 0.0;
   if (moved && t != trial_t_) {
-    for (const LatticeLayout::Slab& slab : layout_.slabs)
+    layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
       kernels_.move(as_runs(slab.nodes), x_.view(), t, direction_.view(), trial_.view());
+    });
     trial_t_ = t;
   }
   const PointArray& points = moved ? trial_ : x_;
   VolumeErrors result;
   double excess = 0.0;
-  for (const LatticeLayout::Slab& slab : layout_.slabs) {
-    ErrorSums sums;
+  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
     kernels_.errors(as_runs(slab.cells), layout_.strides, points.view(), inverse_volumes_.data(),
-                    errors_.data(), &sums);
+                    errors_.data(), &slab_sums_[i]);
+  });
+  for (const ErrorSums& sums : slab_sums_) {
     result.sum_of_squares += sums.squares;
     result.max = std::max(result.max, sums.largest);
     excess += sums.excess;
@@ -140,8 +143,9 @@ Cells LatticeSystem::cells(const LatticeLayout::Slab& slab, const PointArray& po
 
 /// W Jᵀ at the points.
 void LatticeSystem::weigh_gradients(const PointArray& points) {
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
+  layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     stencil_kernels().gradients(cells(slab, points), weights_.data(), weighted_);
+  });
   weigh_irregular_gradients(points);
   weigh_blocked_gradients();
   set_carrier_rows(points, &CarrierRows::start);
@@ -152,8 +156,9 @@ void LatticeSystem::linearize(Directions directions) {
   if (!at_start || !weighted_at_start_) weigh_gradients(at_start ? start_ : x_);
   weighted_at_start_ = at_start;
   set_carrier_rows(x_, &CarrierRows::own);
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
+  layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     stencil_kernels().assemble(cells(slab, x_), weighted_, solver_.stencil());
+  });
   set_irregular_rows(x_);
   solver_.prepare(face_areas(x_));
 }
@@ -187,15 +192,19 @@ void LatticeSystem::set_step(Directions directions) {
   const PointArray& points = directions == Directions::start ? start_ : x_;
   const double factor = 1.0 / (mean_inverse_mass_ * length_);
   // Slabs share the nodes between them with the next one only.
-  for (const std::size_t first : {0, 1})
-    for (std::size_t i = first; i < layout_.slabs.size(); i += 2)
-      kernels_.forces(as_runs(layout_.slabs[i].cells), layout_.strides, points.view(), sign_.data(),
-                      solver_.solution(), factor, forces_.view());
+  for (const std::int64_t first : {0, 1})
+    layout_.for_slabs(
+        [&](std::int64_t, const LatticeLayout::Slab& slab) {
+          kernels_.forces(as_runs(slab.cells), layout_.strides, points.view(), sign_.data(),
+                          solver_.solution(), factor, forces_.view());
+        },
+        first, 2);
   add_irregular_forces(points, factor);
   read_blocked_forces();
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
+  layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     kernels_.accelerate(as_runs(slab.nodes), inverse_masses_.data(), forces_.view(), direction_.view(),
                         x_.view(), trial_.view());
+  });
   trial_t_ = 1.0;
   move_blocked_particles();
 }

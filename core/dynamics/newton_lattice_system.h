@@ -94,6 +94,7 @@ class LatticeSystem final : public NewtonSystem {
   std::int64_t rowless_ = 0, rowless_when_free_ = 0;
 
   PointArray start_, x_, trial_, direction_, forces_;
+  std::vector<ErrorSums> slab_sums_;
   double trial_t_ = -1.0;  ///< trial_ = x_ + trial_t_·direction_, unless negative
   AlignedArray<double> inverse_volumes_, errors_, inverse_masses_;
   AlignedArray<float> sign_, weights_;  ///< inverse masses over their mean

@@ -11,7 +11,7 @@ constexpr float collapsed = 1e-10F;
 }  // namespace
 
 StencilSolver::StencilSolver(const LatticeLayout& layout)
-    : layout_(layout), entries_(stencil_size * layout.slots) {
+    : layout_(layout), entries_(stencil_size * layout.slots), partial_(layout.slabs.size()) {
   for (int k = 0; k < stencil_size; ++k) stencil_.entry[k] = entries_.data() + k * layout.slots;
   for (auto* array : {&solution_, &residual_, &scaled_, &z_, &box_diagonal_, &scale_})
     *array = AlignedArray<float>(layout.slots);
@@ -36,9 +36,10 @@ void StencilSolver::add(std::int32_t cell, std::int32_t other, float value) {
 
 void StencilSolver::prepare(const std::array<double, 3>& areas) {
   if (box_) box_->set_areas(areas);
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
+  layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     stencil_kernels().set_scale(as_runs(slab.cells), stencil_.entry[stencil_center], box_diagonal_.data(),
                                 collapsed, scale_.data());
+  });
 }
 
 Direction StencilSolver::direction(int i) const {
@@ -47,13 +48,13 @@ Direction StencilSolver::direction(int i) const {
 }
 
 void StencilSolver::apply(const EarlierDirections& earlier, float* image, double* products) {
-  std::fill_n(products, depth, 0.0);
-  for (const LatticeLayout::Slab& slab : layout_.slabs) {
-    double partial[depth];
+  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
     stencil_kernels().apply(as_runs(slab.cells), layout_.strides, stencil_, z_.data(), image, earlier,
-                            partial);
-    for (int i = 0; i < depth; ++i) products[i] += partial[i];
-  }
+                            partial_[i].with_earlier);
+  });
+  std::fill_n(products, depth, 0.0);
+  for (const Partial& partial : partial_)
+    for (int i = 0; i < depth; ++i) products[i] += partial.with_earlier[i];
   apply_carriers(earlier, image, products);
 }
 
@@ -76,32 +77,38 @@ Products StencilSolver::precondition(const Direction& direction) {
   if (box_)
     box_->apply(scaled_.data(), direction.preconditioned);
   else
-    for (const LatticeLayout::Slab& slab : layout_.slabs)
+    layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
       for (const Run& run : slab.cells)
         std::copy(scaled_.data() + run.begin, scaled_.data() + run.end, direction.preconditioned + run.begin);
-  Products sum{};
-  for (const LatticeLayout::Slab& slab : layout_.slabs) {
-    const Products part =
+    });
+  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
+    partial_[i].products =
         stencil_kernels().precondition(as_runs(slab.cells), direction, scale_.data(), z_.data());
-    sum.with_itself += part.with_itself;
-    sum.with_residual += part.with_residual;
+  });
+  Products sum{};
+  for (const Partial& partial : partial_) {
+    sum.with_itself += partial.products.with_itself;
+    sum.with_residual += partial.products.with_residual;
   }
   return sum;
 }
 
 float StencilSolver::advance(float alpha, const Direction& direction) {
+  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
+    partial_[i].worst = stencil_kernels().advance(as_runs(slab.cells), alpha, direction, solution_.data(),
+                                                  residual_.data(), z_.data());
+  });
   float worst = 0.0F;
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
-    worst = std::max(worst, stencil_kernels().advance(as_runs(slab.cells), alpha, direction, solution_.data(),
-                                                      residual_.data(), z_.data()));
+  for (const Partial& partial : partial_) worst = std::max(worst, partial.worst);
   return worst;
 }
 
 /// residual = −errors, z = P·residual, solution = 0.
 void StencilSolver::start(const double* errors) {
-  for (const LatticeLayout::Slab& slab : layout_.slabs)
+  layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(), solution_.data(), residual_.data(),
                             scaled_.data());
+  });
   precondition({nullptr, residual_.data(), z_.data()});
 }
 
@@ -121,9 +128,10 @@ int StencilSolver::solve(const double* errors, double tolerance) {
     apply(earlier, next.image, products);
     float factors[depth];
     for (int i = 0; i < earlier.count; ++i) factors[i] = static_cast<float>(products[i] / norms[i]);
-    for (const LatticeLayout::Slab& slab : layout_.slabs)
+    layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
       stencil_kernels().combine(as_runs(slab.cells), earlier, factors, z_.data(), next, scale_.data(),
                                 scaled_.data());
+    });
     const Products product = precondition(next);
     if (!(product.with_itself > 0.0) || !std::isfinite(product.with_itself)) break;
     worst = advance(static_cast<float>(product.with_residual / product.with_itself), next);

@@ -40,6 +40,12 @@ class StencilSolver {
   std::int64_t bytes() const;
 
  private:
+  /// Sums over a slab, to be added in their order.
+  struct Partial {
+    double with_earlier[depth] = {};
+    Products products{};
+    float worst = 0.0F;
+  };
   Direction direction(int i) const;
   void start(const double* errors);
   void apply(const EarlierDirections& earlier, float* image, double* products);
@@ -52,6 +58,7 @@ class StencilSolver {
   std::vector<CarrierRows> carriers_;
   std::optional<FastDiagonalization> box_;
   AlignedArray<float> entries_, solution_, residual_, scaled_, z_;
+  std::vector<Partial> partial_;
   std::array<std::array<AlignedArray<float>, 3>, depth + 1> directions_;
   AlignedArray<float> box_diagonal_;
   AlignedArray<float> scale_;  ///< √(diagonal of the box / diagonal), or √(1/diagonal)
