@@ -23,16 +23,24 @@ class TriangleTree {
   double squared_distance(const Vec3& p, std::int32_t triangle) const;
 
  private:
+  static constexpr int lanes = 8;
   struct Node {
     Vec3 min, max;
-    std::int32_t first, count;  ///< leaf: triangles; inner: count 0, children first and first + 1
+    std::int32_t first, count;  ///< leaf: index into leaves_; inner: count 0, children first and first + 1
   };
-  void build(std::int32_t node, std::int32_t first, std::int32_t count);
+  /// Corners of up to eight triangles, a coordinate a row; spare lanes repeat the first.
+  struct Leaf {
+    double x[9][lanes];
+    std::int32_t triangle[lanes];
+  };
+  void build(std::int32_t node, std::span<std::int32_t> order, std::span<const std::array<Vec3, 3>> corners);
+  void add_leaf(std::int32_t node, std::span<const std::int32_t> order,
+                std::span<const std::array<Vec3, 3>> corners);
+  static void squared_distances(const Leaf& leaf, const Vec3& p, double* out);
 
   std::vector<Node> nodes_;
-  std::vector<std::array<Vec3, 3>> corners_;  ///< in tree order
-  std::vector<std::int32_t> order_;           ///< triangle of each place
-  std::vector<std::int32_t> place_;           ///< of each triangle
+  std::vector<Leaf> leaves_;
+  std::vector<std::int32_t> place_;  ///< of each triangle: leaf · lanes + lane
 };
 
 }  // namespace isochor
