@@ -18,6 +18,7 @@ LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
   slab_sums_.resize(layout_.slabs.size());
   set_rest_volumes();
   set_masses();
+  choose_preconditioner();
 }
 
 void LatticeSystem::set_rest_volumes() {
@@ -53,6 +54,22 @@ void LatticeSystem::set_masses() {
     immovable_[s] = model_.inverse_masses[i] == 0.0;
   }
   rowless_ = rowless_when_free_ = count_rowless();
+}
+
+/// By trial, on random errors at rest.
+void LatticeSystem::choose_preconditioner() {
+  const auto [nx, ny, nz] = layout_.size;
+  const bool is_full = static_cast<std::int64_t>(layout_.cell_slots.size()) == std::int64_t{nx} * ny * nz;
+  if (is_full) return;
+  for (std::size_t i = 0; i < layout_.vertex_slots.size(); ++i)
+    x_.set(layout_.vertex_slots[i], model_.mesh->positions[i]);
+  linearize(Directions::current);
+  std::uint32_t random = 1;
+  for (const std::int32_t s : layout_.cell_slots) {
+    random = random * 1664525U + 1013904223U;
+    errors_[s] = random / 2147483648.0 - 1.0;
+  }
+  solver_.choose_preconditioner(errors_.data());
 }
 
 void LatticeSystem::gather(const Coordinates& from, PointArray& to) const {
