@@ -251,7 +251,27 @@ std::int64_t LatticeSystem::bytes() const {
          static_cast<std::int64_t>(immovable_.size() + layout_.kinds.size()) + solver_.bytes();
 }
 
+namespace {
+
+/// Some 400 bytes a slot: a few twigs in a large box are better off as lists.
+bool is_worth_a_lattice(const TetMesh& mesh) {
+  constexpr double always = 4e6, emptiest = 64.0;
+  std::array<std::int64_t, 3> low{}, high{};
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int64_t at = mesh.nodes[i][axis];
+      low[axis] = i == 0 ? at : std::min(low[axis], at);
+      high[axis] = i == 0 ? at : std::max(high[axis], at);
+    }
+  double slots = 1.0;
+  for (int axis = 0; axis < 3; ++axis) slots *= static_cast<double>(high[axis] - low[axis] + 1);
+  return slots < always || slots < emptiest * static_cast<double>(mesh.cells.size());
+}
+
+}  // namespace
+
 std::unique_ptr<NewtonSystem> make_lattice_system(const VolumeModel& model) {
+  if (!is_worth_a_lattice(*model.mesh)) return nullptr;
   std::optional<LatticeLayout> layout = make_lattice_layout(*model.mesh);
   if (!layout) return nullptr;
   return std::make_unique<LatticeSystem>(model, *std::move(layout));

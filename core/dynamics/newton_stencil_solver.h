@@ -63,6 +63,7 @@ class StencilSolver {
   std::optional<FastDiagonalization> box_;
   AlignedArray<float> entries_, solution_, residual_, scaled_, z_;
   std::vector<Partial> partial_;
+  bool reached_ = false;  ///< the last solution its tolerance
   std::array<std::array<AlignedArray<float>, 3>, depth + 1> directions_;
   AlignedArray<float> box_diagonal_;
   AlignedArray<float> scale_;  ///< √(diagonal of the box / diagonal), or √(1/diagonal)
