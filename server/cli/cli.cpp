@@ -59,6 +59,8 @@ int run_cli(int argc, char** argv) {
   add_serve_command(app, context);
   add_mesh_command(app, context);
   add_simulate_command(app, context);
+  add_report_command(app, context);
+  add_stability_command(app, context);
   add_info_command(app, context);
   add_formats_command(app, context);
   add_generate_command(app, context);
