@@ -13,6 +13,7 @@ namespace {
 constexpr int max_sweeps = 20;
 constexpr double least_volume = 0.05;         ///< of a tet, relative to rest
 constexpr double largest_displacement = 0.3;  ///< cells
+constexpr double least_alignment = 0.1;       ///< of the start's directions with the present ones
 constexpr double flat_gradient = 1e-6;        ///< ‖∇V‖ relative to rest
 constexpr double missing_axis = 1e-6;         ///< singular value relative to that of the rest pose
 
@@ -23,22 +24,6 @@ double current_tet_volume(const Tet& t, const Coordinates& x) {
 double rest_tet_volume(const SoftBody& body, const Tet& t) {
   const auto& p = body.rest_positions;
   return tet_volume(p[t[0]], p[t[1]], p[t[2]], p[t[3]]);
-}
-
-// One step of μ = −C/Σw|∇V|² for C = V − 0.05·V0 < 0.
-void lift(const SoftBody& body, const VolumeElements& tets, std::int64_t t, double missing, Coordinates& x) {
-  const auto gradient = tets.gradient(t, x);
-  double denominator = 0.0;
-  for (int k = 0; k < 4; ++k)
-    denominator += body.inverse_masses[tets.particle(t, k)] * gradient[k].squaredNorm();
-  if (!(denominator > 0.0)) return;
-  const double limit = largest_displacement * body.cell_size;
-  for (int k = 0; k < 4; ++k) {
-    const std::int32_t i = tets.particle(t, k);
-    const Vec3 d = (body.inverse_masses[i] * missing / denominator) * gradient[k];
-    const double length = d.norm();
-    if (std::isfinite(length)) x.add(i, length > limit ? Vec3(d * (limit / length)) : d);
-  }
 }
 
 /// The rotation that fits the rest pose best to the cell's present one; with axes missing, any that fits the
@@ -95,20 +80,41 @@ bool any_inverted(const TetMesh& mesh, const Coordinates& positions) {
                              [&](const Tet& t) { return !(current_tet_volume(t, positions) > 0.0); });
 }
 
-bool lift_inverted_tets(const SoftBody& body, Coordinates& positions) {
+bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, Coordinates& positions) {
+  mobility_.begin(request);
+  bool lifted = true;
+  for (int s = 0; s < max_sweeps && lifted; ++s) lifted = sweep(body, request.start, positions);
+  mobility_.end();
+  return !lifted;
+}
+
+// μ = −C/(∇V(x)·W·∇V(x_dir)) for each C = V − 0.05·V0 < 0.
+bool TetInequality::sweep(const SoftBody& body, const Coordinates* start, Coordinates& x) {
   const VolumeElements tets(*body.mesh, true);
-  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
-    bool lifted = false;
-    for (std::int64_t t = 0; t < tets.count(); ++t) {
-      const Tet& tet = body.mesh->tets[t];
-      const double missing = least_volume * rest_tet_volume(body, tet) - current_tet_volume(tet, positions);
-      if (!(missing > 0.0)) continue;
-      lift(body, tets, t, missing, positions);
-      lifted = true;
+  const double limit = largest_displacement * body.cell_size;
+  bool lifted = false;
+  for (std::int64_t t = 0; t < tets.count(); ++t) {
+    const Tet& tet = body.mesh->tets[t];
+    const double missing = least_volume * rest_tet_volume(body, tet) - current_tet_volume(tet, x);
+    if (!(missing > 0.0)) continue;
+    const auto now = tets.gradient(t, x), along = start ? tets.gradient(t, *start) : now;
+    double denominator = 0.0, own = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      denominator += now[k].dot(mobility_.apply(tet[k], along[k]));
+      own += now[k].dot(mobility_.apply(tet[k], now[k]));
     }
-    if (!lifted) return true;
+    lifted = true;
+    if (!(denominator > least_alignment * own)) continue;
+    double longest = 0.0;
+    for (int k = 0; k < 4; ++k) longest = std::max(longest, mobility_.apply(tet[k], along[k]).norm());
+    const double mu = std::min(missing / denominator, limit / longest);
+    if (!std::isfinite(mu)) continue;
+    for (int k = 0; k < 4; ++k) {
+      x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
+      mobility_.record(tet[k], mu * along[k]);
+    }
   }
-  return false;
+  return lifted;
 }
 
 std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions) {

@@ -1,4 +1,5 @@
 #pragma once
+#include "core/dynamics/mobility.h"
 #include "core/dynamics/soft_body.h"
 
 namespace isochor {
@@ -7,9 +8,22 @@ namespace isochor {
 std::int64_t count_inverted(const TetMesh& mesh, const Coordinates& positions);
 bool any_inverted(const TetMesh& mesh, const Coordinates& positions);
 
-/// Up to 20 Gauss–Seidel sweeps of the inequality V_t ≥ 0.05·V_t0, each displacement at most 0.3 cell. True
-/// when no tet was left below.
-bool lift_inverted_tets(const SoftBody& body, Coordinates& positions);
+/// The per-tet inequality V_t ≥ 0.05·V_t0, for when a tet of a cell that has its volume inverts.
+class TetInequality {
+ public:
+  explicit TetInequality(const SoftBody& body) : mobility_(body.inverse_masses) {}
+
+  /// Up to 20 Gauss–Seidel sweeps, each displacement at most 0.3 cell. With start positions in the request
+  /// the directions are taken there, so that momentum is kept [as SHAKE]. True when no tet was left below.
+  bool lift(const SoftBody& body, const ProjectionRequest& request, Coordinates& positions);
+
+  std::int64_t bytes() const { return mobility_.bytes(); }
+
+ private:
+  bool sweep(const SoftBody& body, const Coordinates* start, Coordinates& positions);
+
+  Mobility mobility_;
+};
 
 /// Pulls cells whose ‖∇V‖ has fallen under 1e-6 of its rest value (flattened to a line or a point, where no
 /// gradient leads out) towards the rest pose that fits them best [Müller 2005]; axes that the cell has lost

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/collision/contact_response.h"
+
 namespace isochor {
 namespace {
 
 /// Friction is iterated until it changes by less than this part of itself.
-constexpr double friction_tolerance = 0.02;
+constexpr double friction_tolerance = 0.05;
 /// A bounce slower than what gravity adds in a few substeps is rest, m/s.
 constexpr double rest_speed = 0.05;
 
@@ -72,19 +74,33 @@ Vec3 mean_shift(const Contact& contact) {
 
 }  // namespace
 
-ParticleContacts::ParticleContacts(const SoftBody& body) : predicted_(body.size()), slot_(body.size(), -1) {
+ParticleContacts::ParticleContacts(const SoftBody& body)
+    : predicted_(body.size()), slot_(body.size(), -1), memory_slot_(body.size(), -1) {
   const std::size_t surface_particles = body.surface_particles.size();
   particles_.reserve(surface_particles);
   blocked_.reserve(surface_particles);
   forces_.reserve(surface_particles);
+  memory_.reserve(surface_particles);
 }
 
-void ParticleContacts::begin(const SoftBody& body) {
-  for (const Contact& contact : particles_) slot_[contact.particle] = -1;
+void ParticleContacts::begin(const SoftBody& body, double h) {
+  for (const Memory& memory : memory_) memory_slot_[memory.particle] = -1;
+  memory_.clear();
+  for (const Contact& contact : particles_) {
+    slot_[contact.particle] = -1;
+    if (contact.planes == 0) continue;
+    memory_slot_[contact.particle] = static_cast<std::int32_t>(memory_.size());
+    memory_.push_back({contact.particle, contact.friction / (h_ * h_), contact.sticking});
+  }
   particles_.clear();
   blocked_.clear();
   forces_.clear();
   predicted_ = body.positions;
+  h_ = h;
+}
+
+const ParticleContacts::Memory* ParticleContacts::recall(std::int32_t particle) const {
+  return memory_slot_[particle] < 0 ? nullptr : &memory_[memory_slot_[particle]];
 }
 
 bool ParticleContacts::touches(std::int32_t particle) const {
@@ -105,14 +121,23 @@ void ParticleContacts::set_plane(const SoftBody& body, std::int32_t particle, co
   contact.plane[k] = plane;
   contact.planes = std::max(contact.planes, k + 1);
   contact.moved = true;
-  // First guess: the friction of the contact alone, before the volume presses.
-  const Basis basis = basis_of(contact);
-  const Vec3 free = predicted_.at(particle) + body.inverse_masses[particle] * contact.push;
-  const double depth = (onto_planes(contact, free) - free).norm();
-  const Vec3 slip = basis.tangential(free - body.start_positions.at(particle) - mean_shift(contact));
-  const double limit = mean_friction(contact) * depth, length = slip.norm();
-  contact.sticking = length <= limit;
-  contact.friction = contact.sticking ? Vec3::Zero() : Vec3(-slip * (limit / length));
+  guess_friction(body, contact);
+}
+
+// As in the substep before. A new contact is pressed by what it pushes out of the way alone, and held by it.
+void ParticleContacts::guess_friction(const SoftBody& body, Contact& contact) const {
+  const std::int32_t i = contact.particle;
+  if (const Memory* memory = recall(i)) {
+    contact.sticking = memory->sticking;
+    contact.friction = h_ * h_ * basis_of(contact).tangential(memory->friction);
+    return;
+  }
+  const Vec3 free = predicted_.at(i) + body.inverse_masses[i] * contact.push;
+  const double pressure = body.masses[i] * (onto_planes(contact, free) - free).norm();
+  const Vec3 slip = basis_of(contact).tangential(free - body.start_positions.at(i) - mean_shift(contact));
+  const Vec3 holding = -body.masses[i] * slip;
+  contact.friction = clamp_to_cone(holding, mean_friction(contact), pressure);
+  contact.sticking = holding.norm() <= mean_friction(contact) * pressure;
 }
 
 Vec3 ParticleContacts::target(const SoftBody& body, const Contact& contact) const {
@@ -120,7 +145,7 @@ Vec3 ParticleContacts::target(const SoftBody& body, const Contact& contact) cons
   if (contact.planes > 0 && contact.sticking)
     return onto_planes(contact, body.start_positions.at(i) + mean_shift(contact));
   const Vec3 free = predicted_.at(i) + body.inverse_masses[i] * contact.push;
-  return contact.planes > 0 ? onto_planes(contact, free + contact.friction) : free;
+  return contact.planes > 0 ? onto_planes(contact, free + body.inverse_masses[i] * contact.friction) : free;
 }
 
 void ParticleContacts::place(SoftBody& body) {
@@ -165,7 +190,6 @@ bool ParticleContacts::release(Contact& contact, const Vec3& reaction) {
   int worst = 0;
   for (int k = 1; k < contact.planes; ++k)
     if (forces[k] < forces[worst]) worst = k;
-  contact.pressing = forces[worst] > 0.0;
   if (!(forces[worst] < 0.0)) return false;
   for (int k = worst; k + 1 < contact.planes; ++k) contact.plane[k] = contact.plane[k + 1];
   --contact.planes;
@@ -175,34 +199,29 @@ bool ParticleContacts::release(Contact& contact, const Vec3& reaction) {
   return true;
 }
 
-// Coulomb: a sticking particle whose reaction leaves the cone slips; a slipping one is opposed by μN, and
-// sticks when that would turn its slip around.
+// Coulomb's cone |t| ≤ μN. A sticking particle whose reaction leaves it is torn off. A slipping one gets the
+// friction that would have held it, t − m·slip, cut to the cone (projected Jacobi; m is at most the mass that
+// the slip moves, so this never overshoots); within the cone it sticks, unless it was torn off before.
 bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& reaction) {
-  const double friction = mean_friction(contact);
-  if (friction == 0.0) return false;
+  const double coefficient = mean_friction(contact);
+  if (coefficient == 0.0) return false;
   const Basis basis = basis_of(contact);
   const std::int32_t i = contact.particle;
   const Vec3 tangential = basis.tangential(reaction);
-  const double pressure = (reaction - tangential).norm(), w = body.inverse_masses[i];
+  const double pressure = (reaction - tangential).norm(), limit = coefficient * pressure;
   if (contact.sticking) {
-    if (tangential.norm() <= friction * pressure * (1.0 + friction_tolerance)) return false;
+    contact.friction = clamp_to_cone(tangential, coefficient, pressure);
+    if (tangential.norm() <= limit * (1.0 + friction_tolerance)) return false;
     contact.sticking = false;
-    contact.friction = tangential.normalized() * (friction * pressure * w);
-    return contact.moved = true;
+    return contact.torn = contact.moved = true;
   }
   const Vec3 slip = basis.tangential(body.positions.at(i) - body.start_positions.at(i) - mean_shift(contact));
-  const double length = slip.norm();
-  const Vec3 wanted = length > 0.0 ? Vec3(-slip * (friction * pressure * w / length)) : Vec3::Zero();
-  if (slip.dot(contact.friction) > 0.0 && length > 0.0) {
-    contact.sticking = true;
-    return contact.moved = true;
-  }
-  const double change = (wanted - contact.friction).norm();
-  if (change <= friction_tolerance * wanted.norm()) return false;
-  // What friction could take at most is the slip itself.
-  contact.sticking = wanted.norm() - contact.friction.norm() >= length;
-  contact.friction = contact.sticking ? Vec3::Zero() : wanted;
-  return contact.moved = true;
+  const Vec3 holding = contact.friction - body.masses[i] * slip;
+  const Vec3 before = contact.friction;
+  contact.friction = clamp_to_cone(holding, coefficient, pressure);
+  contact.sticking = !contact.torn && holding.norm() < limit;
+  contact.moved = true;
+  return contact.sticking || (contact.friction - before).norm() > friction_tolerance * limit;
 }
 
 void ParticleContacts::bounce(SoftBody& body, double h) const {
@@ -219,10 +238,11 @@ void ParticleContacts::bounce(SoftBody& body, double h) const {
 }
 
 std::int64_t ParticleContacts::bytes() const {
-  return static_cast<std::int64_t>(
-      3 * predicted_.size() * sizeof(double) + particles_.capacity() * sizeof(Contact) +
-      blocked_.capacity() * sizeof(BlockedParticle) + forces_.capacity() * sizeof(Vec3) +
-      slot_.capacity() * sizeof(std::int32_t));
+  return static_cast<std::int64_t>(3 * predicted_.size() * sizeof(double) +
+                                   particles_.capacity() * sizeof(Contact) +
+                                   blocked_.capacity() * sizeof(BlockedParticle) +
+                                   forces_.capacity() * sizeof(Vec3) + memory_.capacity() * sizeof(Memory) +
+                                   (slot_.capacity() + memory_slot_.capacity()) * sizeof(std::int32_t));
 }
 
 }  // namespace isochor

@@ -24,7 +24,8 @@ class ParticleContacts {
  public:
   explicit ParticleContacts(const SoftBody& body);
 
-  void begin(const SoftBody& body);  ///< a new substep: no contact, x̂ = the body's positions
+  /// A new substep: no contact, x̂ = the body's positions. Friction starts from that of the last one.
+  void begin(const SoftBody& body, double h);
   bool empty() const { return particles_.empty(); }
   std::int64_t count() const { return static_cast<std::int64_t>(particles_.size()); }
 
@@ -37,7 +38,8 @@ class ParticleContacts {
   std::span<const BlockedParticle> blocked() const { return blocked_; }
   std::span<Vec3> blocked_forces() { return forces_; }
 
-  /// Reads the forces of the last projection; true when a contact was released or friction changed.
+  /// Reads the forces of the last projection. True when a contact was released or torn off, or friction has
+  /// changed by more than a twentieth of its limit.
   bool update(const SoftBody& body, bool may_release);
 
   /// v_n = −e·(approach) for the contacts that press [after Bender & Schmitt 2006].
@@ -51,10 +53,21 @@ class ParticleContacts {
     int planes = 0;
     std::array<ContactPlane, 3> plane;
     Vec3 push = Vec3::Zero();      ///< g
-    Vec3 friction = Vec3::Zero();  ///< tangential displacement by friction when slipping
-    bool sticking = false, moved = true, pressing = false;
+    Vec3 friction = Vec3::Zero();  ///< tangential part of r while it slips
+    bool sticking = false;         ///< held in all directions
+    bool torn = false;             ///< has left the cone in this substep: does not stick again
+    bool moved = true;             ///< is to be placed
   };
 
+  /// Of a contact in the substep before.
+  struct Memory {
+    std::int32_t particle = 0;
+    Vec3 friction = Vec3::Zero();  ///< N
+    bool sticking = false;
+  };
+
+  const Memory* recall(std::int32_t particle) const;
+  void guess_friction(const SoftBody& body, Contact& contact) const;
   Vec3 target(const SoftBody& body, const Contact& contact) const;
   bool release(Contact& contact, const Vec3& reaction);
   bool rub(const SoftBody& body, Contact& contact, const Vec3& reaction);
@@ -64,6 +77,9 @@ class ParticleContacts {
   std::vector<BlockedParticle> blocked_;
   std::vector<Vec3> forces_;
   std::vector<std::int32_t> slot_;  ///< of each particle in particles_, or −1
+  std::vector<Memory> memory_;
+  std::vector<std::int32_t> memory_slot_;
+  double h_ = 0.0;
 };
 
 }  // namespace isochor

@@ -16,6 +16,7 @@ struct SoftBody {
   double rest_volume = 0.0;            ///< their sum
   double cell_size = 0.0;              ///< m
   double total_mass = 0.0;             ///< kg
+  bool has_pins = false;               ///< some inverse mass is 0
   std::vector<double> masses;          ///< kg
   std::vector<double> inverse_masses;  ///< 0 where pinned
   SpringMaterial material;

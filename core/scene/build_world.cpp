@@ -171,6 +171,7 @@ void add_pins(World& world, const Pin& pin) {
     soft->pins.push_back(
         {static_cast<std::int32_t>(i), rigid, rigid < 0 ? p : world.rigid.pose(rigid).to_local(p)});
     body.inverse_masses[i] = 0.0;
+    body.has_pins = true;
     body.velocities.set(i, Vec3::Zero());
   }
 }
@@ -181,6 +182,7 @@ void build_springs(SceneSoftBody& soft) {
   SoftBody& body = soft.body;
   body.springs = make_spring_stencil(*body.mesh, body.rest_positions, body.material);
   const bool springs = !body.springs.edges.empty() || !body.springs.diagonals.empty();
+  soft.forces_valid = false;
   body.forces = springs ? Coordinates(body.size()) : Coordinates();
 }
 
@@ -221,6 +223,7 @@ World build_world(const Scene& scene, Progress& progress) {
   for (SceneSoftBody& soft : world.soft) {
     build_springs(soft);
     build_projector(soft, scene.solver);
+    soft.tets = std::make_unique<TetInequality>(soft.body);
     if (world.rigid.size() > 0) soft.contacts = std::make_unique<ParticleContacts>(soft.body);
   }
   return world;

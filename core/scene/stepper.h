@@ -1,10 +1,12 @@
 #pragma once
 #include "core/common/progress.h"
-#include "core/scene/world.h"
+#include "core/scene/substep.h"
 
 namespace isochor {
 
-/// Steps a world. A substep is: forces, prediction, contacts and volume together, velocities from positions.
+/// Steps a world. A substep is: half a kick by the forces, prediction, contacts and volume together,
+/// velocities from positions, the other half of the kick (symplectic Euler, its velocities taken at the time
+/// of the positions).
 class Stepper {
  public:
   explicit Stepper(World& world) : world_(world) {}
@@ -12,17 +14,10 @@ class Stepper {
   StepStats frame(double seconds, const Progress& progress);
 
  private:
-  /// Halves the substep while a tet inverts, at most 5 times; then the recovery.
+  /// Halves the substep while a tet inverts, at most 5 times.
   void advance(double h, int halvings);
-  void predict_all(double h);
-  void add_forces(SoftBody& body);
-  void constrain(SceneSoftBody& soft, double h);
-  ProjectionResult project(SceneSoftBody& soft);
-  void follow_pins(SceneSoftBody& soft);
-  void follow_grab(SceneSoftBody& soft, double h);
-  void finish_velocities(SceneSoftBody& soft, double h);
-  void recover(SceneSoftBody& soft);
-  void record(const SceneSoftBody& soft, const ProjectionResult& result);
+  void predict(const Substep& step, SceneSoftBody& soft);
+  void finish(const Substep& step, SceneSoftBody& soft);
 
   World& world_;
   StepStats stats_;

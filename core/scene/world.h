@@ -1,4 +1,5 @@
 #pragma once
+#include "core/dynamics/inversion.h"
 #include "core/dynamics/particle_contacts.h"
 #include "core/rigid/rigid_world.h"
 #include "core/scene/phases.h"
@@ -21,7 +22,9 @@ struct SceneSoftBody {
   bool implicit = false;               ///< its springs are integrated implicitly
   std::vector<PinnedParticle> pins;
   std::unique_ptr<ParticleContacts> contacts;  ///< absent when the scene has nothing to touch
-  bool inverted = false;                       ///< some tet was, at the end of the last substep
+  std::unique_ptr<TetInequality> tets;
+  bool forces_valid = false;  ///< body.forces are those of the present positions
+  bool inverted = false;      ///< some tet was, at the end of the last substep
 };
 
 /// A compiled scene: what steps.

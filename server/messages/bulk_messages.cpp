@@ -44,10 +44,8 @@ void cell_coordinates(ObjectWriter& object, const TetMesh& mesh) {
 }
 
 void weights(ObjectWriter& object, const Embedding& embedding) {
-  std::vector<float> flat;
-  flat.reserve(4 * embedding.weights.size());
-  for (const auto& tuple : embedding.weights)
-    for (const double weight : tuple) flat.push_back(static_cast<float>(weight));
+  const std::span flat(reinterpret_cast<const float*>(embedding.weights.data()),
+                       4 * embedding.weights.size());
   list(object, "tet", embedding.tet);
   append_typed_array<float>(object.key("weights"), flat, 4);
 }

@@ -1,0 +1,123 @@
+#include "core/dynamics/spring_tangent.h"
+
+#include <cmath>
+
+#include "core/common/wide.h"
+#include "core/parallel/parallel.h"
+
+namespace isochor {
+namespace {
+
+constexpr int block = 64;
+constexpr double tiny_length = 1e-200;
+
+struct TangentArrays {
+  const double *isotropic, *wx, *wy, *wz;
+};
+
+inline void scatter(double* __restrict f, const double* __restrict force, std::int32_t a, std::int32_t b,
+                    int count) {
+  for (int t = 0; t < count; ++t) f[a + t] -= force[t];
+  for (int t = 0; t < count; ++t) f[b + t] += force[t];
+}
+
+ISOCHOR_WIDE void run_products(std::span<const SpringRun> runs, TangentArrays k, const Coordinates& p,
+                               Coordinates& out) {
+  const double *px = p.x.data(), *py = p.y.data(), *pz = p.z.data();
+  double fx[block], fy[block], fz[block];
+  for (const SpringRun& run : runs) {
+    for (std::int32_t begin = 0; begin < run.count; begin += block) {
+      const int count = std::min(block, run.count - begin);
+      const std::int32_t a = run.a + begin, b = run.b + begin, s = run.first + begin;
+      for (int t = 0; t < count; ++t) {
+        const double dx = px[b + t] - px[a + t], dy = py[b + t] - py[a + t], dz = pz[b + t] - pz[a + t];
+        const double wx = k.wx[s + t], wy = k.wy[s + t], wz = k.wz[s + t], i = k.isotropic[s + t];
+        const double along = wx * dx + wy * dy + wz * dz;
+        fx[t] = i * dx + along * wx;
+        fy[t] = i * dy + along * wy;
+        fz[t] = i * dz + along * wz;
+      }
+      scatter(out.x.data(), fx, a, b, count);
+      scatter(out.y.data(), fy, a, b, count);
+      scatter(out.z.data(), fz, a, b, count);
+    }
+  }
+}
+
+std::span<const SpringRun> chunk_runs(const SpringFamily& family, std::int64_t chunk) {
+  const auto begin = family.chunk_begin[chunk], end = family.chunk_begin[chunk + 1];
+  return {family.runs.data() + begin, static_cast<std::size_t>(end - begin)};
+}
+
+/// Even chunks, then odd ones: see SpringStencil.
+template <class Work>
+void for_each_chunk(const SpringFamily& family, Work&& work) {
+  for (int color = 0; color < 2; ++color) {
+    parallel_for((family.chunks() - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) work(chunk_runs(family, 2 * i + color));
+    });
+  }
+}
+
+}  // namespace
+
+void SpringTangent::Family::resize(std::size_t size) {
+  for (auto* array : {&isotropic, &wx, &wy, &wz}) array->resize(size);
+}
+
+SpringTangent::SpringTangent(const SpringStencil& stencil) {
+  edges_.resize(stencil.edges.rest_lengths.size());
+  diagonals_.resize(stencil.diagonals.rest_lengths.size());
+}
+
+void SpringTangent::linearize(const SpringStencil& stencil, const SpringMaterial& material,
+                              const Coordinates& positions, double h) {
+  const auto fill = [&](const SpringFamily& family, double stiffness, Family& tangent) {
+    for_each_chunk(family, [&](std::span<const SpringRun> runs) {
+      for (const SpringRun& run : runs) {
+        for (std::int32_t t = 0; t < run.count; ++t) {
+          const std::int32_t s = run.first + t;
+          const Vec3 d = positions.at(run.b + t) - positions.at(run.a + t);
+          const double l = d.norm(), k = stiffness * family.cells[s];
+          const double isotropic =
+              h * h * k * std::max(0.0, 1.0 - family.rest_lengths[s] / (l + tiny_length));
+          const double axial = (h * h + h * material.damping) * k;
+          const Vec3 w = std::sqrt(std::max(0.0, axial - isotropic)) / (l + tiny_length) * d;
+          tangent.isotropic[s] = isotropic;
+          tangent.wx[s] = w.x(), tangent.wy[s] = w.y(), tangent.wz[s] = w.z();
+        }
+      }
+    });
+  };
+  fill(stencil.edges, material.edge, edges_);
+  fill(stencil.diagonals, material.diagonal, diagonals_);
+}
+
+void SpringTangent::add_product(const SpringStencil& stencil, const Coordinates& p,
+                                Coordinates& product) const {
+  const auto add = [&](const SpringFamily& family, const Family& t) {
+    const TangentArrays arrays{t.isotropic.data(), t.wx.data(), t.wy.data(), t.wz.data()};
+    for_each_chunk(family, [&](std::span<const SpringRun> runs) { run_products(runs, arrays, p, product); });
+  };
+  add(stencil.edges, edges_);
+  add(stencil.diagonals, diagonals_);
+}
+
+void SpringTangent::add_diagonal(const SpringStencil& stencil, Blocks& blocks) const {
+  const auto add = [&](const SpringFamily& family, const Family& tangent) {
+    for_each_chunk(family, [&](std::span<const SpringRun> runs) {
+      for (const SpringRun& run : runs) {
+        for (std::int32_t t = 0; t < run.count; ++t) {
+          const std::int32_t s = run.first + t;
+          const double i = tangent.isotropic[s], x = tangent.wx[s], y = tangent.wy[s], z = tangent.wz[s];
+          const std::array<double, 6> entries{i + x * x, i + y * y, i + z * z, x * y, x * z, y * z};
+          for (int e = 0; e < 6; ++e) blocks[e][run.a + t] += entries[e], blocks[e][run.b + t] += entries[e];
+        }
+      }
+    });
+  };
+  add(stencil.edges, edges_);
+  add(stencil.diagonals, diagonals_);
+}
+
+}  // namespace isochor

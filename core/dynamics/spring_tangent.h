@@ -1,0 +1,34 @@
+#pragma once
+#include "core/dynamics/spring_stencil.h"
+
+namespace isochor {
+
+/// h²K + hC of a body's springs at one configuration, K without its negative (buckling) part so that it stays
+/// positive semidefinite: for a spring of direction u, length l and rest length L,
+/// α(I − uuᵀ) + (h² + hτ)k·uuᵀ with α = h²k·max(0, 1 − L/l) [Baraff & Witkin 1998].
+class SpringTangent {
+ public:
+  SpringTangent() = default;
+  explicit SpringTangent(const SpringStencil& stencil);
+
+  void linearize(const SpringStencil& stencil, const SpringMaterial& material, const Coordinates& positions,
+                 double h);
+  /// product += (h²K + hC)·p.
+  void add_product(const SpringStencil& stencil, const Coordinates& p, Coordinates& product) const;
+
+  /// The diagonal blocks of the particles, symmetric, an array an entry: xx, yy, zz, xy, xz, yz.
+  using Blocks = std::array<std::vector<double>, 6>;
+  void add_diagonal(const SpringStencil& stencil, Blocks& blocks) const;
+
+  std::int64_t bytes() const { return edges_.bytes() + diagonals_.bytes(); }
+
+ private:
+  struct Family {
+    std::vector<double> isotropic, wx, wy, wz;  ///< α·I + w·wᵀ
+    void resize(std::size_t size);
+    std::int64_t bytes() const { return static_cast<std::int64_t>(4 * isotropic.size() * sizeof(double)); }
+  };
+  Family edges_, diagonals_;
+};
+
+}  // namespace isochor

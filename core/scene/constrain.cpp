@@ -1,0 +1,106 @@
+#include "core/dynamics/inversion.h"
+#include "core/scene/detect_contacts.h"
+#include "core/scene/substep.h"
+
+namespace isochor {
+namespace {
+
+/// The active set of contacts usually stands after two rounds; later rounds only add to it, so that it ends.
+/// What friction still lacks then, the next substep starts from.
+constexpr int max_contact_rounds = 10;
+constexpr int release_rounds = 4;
+constexpr int max_lift_rounds = 10;
+constexpr int max_recovery_rounds = 30;
+
+ProjectionRequest make_request(const World& world, SceneSoftBody& soft) {
+  ProjectionRequest request;
+  request.start = &soft.body.start_positions;
+  if (soft.contacts) request.blocked = soft.contacts->blocked();
+  request.tolerance = world.scene.solver.tolerance;
+  request.max_iterations = world.scene.solver.max_iterations;
+  return request;
+}
+
+ProjectionResult project(const Substep& step, SceneSoftBody& soft, ProjectionRequest request) {
+  ProjectionResult result;
+  if (soft.contacts) request.blocked_forces = soft.contacts->blocked_forces();
+  step.world.phases.run(Phase::volume,
+                        [&] { result = soft.body.projector->project(request, soft.body.positions); });
+  step.stats.iterations += result.iterations;
+  return result;
+}
+
+ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft) {
+  ParticleContacts& contacts = *soft.contacts;
+  ProjectionResult result;
+  for (int round = 0; round < max_contact_rounds; ++round) {
+    bool changed = round == 0;
+    step.world.phases.run(Phase::contacts, [&] {
+      if (round > 0)
+        changed |= contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
+      changed |= detect_contacts(soft.body, step.world.rigid, step.h, contacts);
+      if (changed) contacts.place(soft.body);
+    });
+    if (!changed) break;
+    result = project(step, soft, make_request(step.world, soft));
+    if (contacts.empty() && round > 0) break;
+  }
+  return result;
+}
+
+void find_inverted(const Substep& step, SceneSoftBody& soft) {
+  step.world.phases.run(Phase::inversion,
+                        [&] { soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions); });
+}
+
+void record(const Substep& step, const SceneSoftBody& soft, const ProjectionResult& result) {
+  StepStats& stats = step.stats;
+  if (!result.kept_directions) ++stats.fallbacks;
+  if (soft.contacts) stats.contacts = soft.contacts->count();
+  if (result.converged) return;
+  stats.feasible = false;
+  if (result.max_error < stats.worst_error) return;
+  stats.worst_error = result.max_error;
+  stats.worst_body = soft.id;
+  stats.worst_cell = result.worst_cell;
+}
+
+}  // namespace
+
+void constrain(const Substep& step, SceneSoftBody& soft) {
+  const bool began_inverted = soft.inverted;
+  if (soft.contacts) step.world.phases.run(Phase::contacts, [&] { soft.contacts->begin(soft.body, step.h); });
+  const auto meet = [&] {
+    return soft.contacts ? project_with_contacts(step, soft)
+                         : project(step, soft, make_request(step.world, soft));
+  };
+  ProjectionResult result = meet();
+  find_inverted(step, soft);
+  if (soft.inverted && !began_inverted) ++step.stats.recoveries;
+  for (int round = 0; round < max_lift_rounds && soft.inverted && !began_inverted; ++round) {
+    step.world.phases.run(Phase::inversion, [&] {
+      soft.tets->lift(soft.body, make_request(step.world, soft), soft.body.positions);
+    });
+    result = meet();
+    find_inverted(step, soft);
+  }
+  record(step, soft, result);
+}
+
+void recover_inverted(const Substep& step, SceneSoftBody& soft) {
+  SoftBody& body = soft.body;
+  ProjectionRequest request = make_request(step.world, soft);
+  request.start = nullptr;
+  ++step.stats.recoveries;
+  soft.forces_valid = false;
+  for (int round = 0; round < max_recovery_rounds && soft.inverted; ++round) {
+    step.world.phases.run(Phase::inversion, [&] {
+      pull_flattened_cells(body, body.positions);
+      soft.tets->lift(body, request, body.positions);
+    });
+    project(step, soft, request);
+    find_inverted(step, soft);
+  }
+}
+
+}  // namespace isochor

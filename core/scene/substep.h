@@ -1,0 +1,30 @@
+#pragma once
+#include "core/scene/world.h"
+
+namespace isochor {
+
+/// What the phases of a substep share.
+struct Substep {
+  World& world;
+  StepStats& stats;
+  double h;
+};
+
+/// Forces at the present positions, for the kicks before and after.
+void evaluate_forces(World& world, SceneSoftBody& soft);
+/// v += seconds·(g + w·f).
+void kick(World& world, SceneSoftBody& soft, double seconds);
+/// Dragging with the mouse, for one body.
+void follow_grab(const Substep& step, SceneSoftBody& soft);
+/// Pinned particles go to where they are held at the end of the substep.
+void follow_pins(World& world, SceneSoftBody& soft);
+
+/// Contacts and volume together, the active set of contacts repeated until it stands; then the inequality of
+/// inverted tets, alternating with both. Sets soft.inverted.
+void constrain(const Substep& step, SceneSoftBody& soft);
+
+/// For a start that is inverted already: up to 30 rounds of inequality and projection that leave the
+/// velocities alone.
+void recover_inverted(const Substep& step, SceneSoftBody& soft);
+
+}  // namespace isochor
