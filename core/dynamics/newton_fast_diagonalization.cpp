@@ -120,6 +120,10 @@ void FastDiagonalization::apply(const float* from, float* to) const {
   });
 }
 
+double FastDiagonalization::products() const {
+  return 2.0 * (size_[0] + size_[1] + size_[2]) * static_cast<double>(values_.size());
+}
+
 std::int64_t FastDiagonalization::bytes() const {
   std::int64_t result = inverse_eigenvalues_.bytes() + values_.bytes() + scratch_.bytes();
   for (const Axis& axis : axes_) result += axis.modes.bytes() + axis.transposed.bytes();

@@ -23,6 +23,7 @@ class FastDiagonalization {
   double diagonal(int i, int j, int k) const;
   /// From and to the layout's slots; reads zero where there is no cell.
   void apply(const float* from, float* to) const;
+  double products() const;  ///< multiplications of apply
   std::int64_t bytes() const;
 
  private:

@@ -18,6 +18,7 @@ LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
   slab_sums_.resize(layout_.slabs.size());
   set_rest_volumes();
   set_masses();
+  choose_preconditioner();
 }
 
 void LatticeSystem::set_rest_volumes() {
@@ -53,6 +54,22 @@ void LatticeSystem::set_masses() {
     immovable_[s] = model_.inverse_masses[i] == 0.0;
   }
   rowless_ = rowless_when_free_ = count_rowless();
+}
+
+/// By trial, on random errors at rest.
+void LatticeSystem::choose_preconditioner() {
+  const auto [nx, ny, nz] = layout_.size;
+  const bool is_full = static_cast<std::int64_t>(layout_.cell_slots.size()) == std::int64_t{nx} * ny * nz;
+  if (is_full) return;
+  for (std::size_t i = 0; i < layout_.vertex_slots.size(); ++i)
+    x_.set(layout_.vertex_slots[i], model_.mesh->positions[i]);
+  linearize(Directions::current);
+  std::uint32_t random = 1;
+  for (const std::int32_t s : layout_.cell_slots) {
+    random = random * 1664525U + 1013904223U;
+    errors_[s] = random / 2147483648.0 - 1.0;
+  }
+  solver_.choose_preconditioner(errors_.data());
 }
 
 void LatticeSystem::gather(const Coordinates& from, PointArray& to) const {
@@ -234,7 +251,27 @@ std::int64_t LatticeSystem::bytes() const {
          static_cast<std::int64_t>(immovable_.size() + layout_.kinds.size()) + solver_.bytes();
 }
 
+namespace {
+
+/// Some 400 bytes a slot: a few twigs in a large box are better off as lists.
+bool is_worth_a_lattice(const TetMesh& mesh) {
+  constexpr double always = 4e6, emptiest = 64.0;
+  std::array<std::int64_t, 3> low{}, high{};
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int64_t at = mesh.nodes[i][axis];
+      low[axis] = i == 0 ? at : std::min(low[axis], at);
+      high[axis] = i == 0 ? at : std::max(high[axis], at);
+    }
+  double slots = 1.0;
+  for (int axis = 0; axis < 3; ++axis) slots *= static_cast<double>(high[axis] - low[axis] + 1);
+  return slots < always || slots < emptiest * static_cast<double>(mesh.cells.size());
+}
+
+}  // namespace
+
 std::unique_ptr<NewtonSystem> make_lattice_system(const VolumeModel& model) {
+  if (!is_worth_a_lattice(*model.mesh)) return nullptr;
   std::optional<LatticeLayout> layout = make_lattice_layout(*model.mesh);
   if (!layout) return nullptr;
   return std::make_unique<LatticeSystem>(model, *std::move(layout));

@@ -61,6 +61,7 @@ class LatticeSystem final : public NewtonSystem {
 
   void set_rest_volumes();
   void set_masses();
+  void choose_preconditioner();
   std::int32_t slot(std::int32_t particle) const { return layout_.vertex_slots[particle]; }
   void gather(const Coordinates& from, PointArray& to) const;
   CellCorners corners(std::int64_t cell, const PointArray& points) const;

@@ -18,8 +18,8 @@ constexpr int max_halvings = 8;
 /// together gain less than a tenth.
 constexpr int patience = 4;
 constexpr double worthwhile_gain = 0.9;
-/// SHAKE's directions converge linearly, at the rate at which J turns during the step. Beyond this they are
-/// left for the current ones.
+/// SHAKE's directions fail where J has turned too far during the step: then they are left for the current
+/// ones.
 constexpr double slow_contraction = 0.5;
 
 class NewtonProjector final : public VolumeProjector {
@@ -51,6 +51,7 @@ class NewtonProjector final : public VolumeProjector {
     const bool free = system_->is_free();
     const double target = free ? 0.5 * request.tolerance : request.tolerance;
     Directions directions = Directions::start;
+    linearized_at_ = std::numeric_limits<double>::infinity();
     double milestone = errors_.sum_of_squares;
     int since_milestone = 0, slow = 0;
     while (errors_.max > target && result.iterations < request.max_iterations) {
@@ -76,8 +77,13 @@ class NewtonProjector final : public VolumeProjector {
 
   /// One damped Newton step; false when no fraction of it lowers the errors.
   bool step(Directions directions, double target) {
-    system_->linearize(directions);
     const double worthwhile = 0.3 * target / errors_.max;
+    // A matrix made where errors were e contracts them by about e: good enough for the last step.
+    if (directions != linearized_ || linearized_at_ > worthwhile) {
+      system_->linearize(directions);
+      linearized_ = directions;
+      linearized_at_ = errors_.max;
+    }
     system_->solve(std::clamp(0.5 * errors_.max, std::max(worthwhile, 1e-5), 0.1));
     system_->set_step(directions);
     double t = 1.0;
@@ -115,6 +121,8 @@ class NewtonProjector final : public VolumeProjector {
 
   std::unique_ptr<NewtonSystem> system_;
   VolumeErrors errors_;
+  Directions linearized_ = Directions::start;
+  double linearized_at_ = 0.0;  ///< largest error where the matrix was made
 };
 
 }  // namespace

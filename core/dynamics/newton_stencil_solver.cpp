@@ -42,6 +42,28 @@ void StencilSolver::prepare(const std::array<double, 3>& areas) {
   });
 }
 
+/// In units of one product of the fast diagonalisation.
+double StencilSolver::cost_of_iteration() const {
+  constexpr double of_a_slot = 200.0;  // bound by memory, as measured
+  std::int64_t slots = 0;
+  for (const LatticeLayout::Slab& slab : layout_.slabs)
+    for (const Run& run : slab.cells) slots += run.end - run.begin;
+  return of_a_slot * static_cast<double>(slots) + (box_ ? box_->products() : 0.0);
+}
+
+void StencilSolver::choose_preconditioner(const double* errors) {
+  if (!box_) return;
+  constexpr double tolerance = 1e-6;  // where the diagonal stalls, if anywhere
+  const double with_box = solve(errors, tolerance) * cost_of_iteration();
+  std::optional<FastDiagonalization> box = std::move(box_);
+  box_.reset();
+  // On a deformed body, whose matrix is not symmetric, many iterations become too many: at rest the diagonal
+  // must win clearly.
+  const auto affordable = static_cast<int>(0.7 * with_box / cost_of_iteration());
+  solve(errors, tolerance, affordable);
+  if (!reached_) box_ = std::move(box);
+}
+
 Direction StencilSolver::direction(int i) const {
   const auto& [search, image, preconditioned] = directions_[i % (depth + 1)];
   return {search.data(), image.data(), preconditioned.data()};
@@ -112,9 +134,9 @@ void StencilSolver::start(const double* errors) {
   precondition({nullptr, residual_.data(), z_.data()});
 }
 
-int StencilSolver::solve(const double* errors, double tolerance) {
+int StencilSolver::solve(const double* errors, double tolerance, int most_iterations) {
   // Slow progress is no reason to stop, but none at all is: then the rows contradict each other.
-  constexpr int patience = 100, most_iterations = 3000;
+  constexpr int patience = 100;
   start(errors);
   float worst = advance(0.0F, direction(0));
   const auto goal = static_cast<float>(tolerance) * worst;
@@ -142,6 +164,7 @@ int StencilSolver::solve(const double* errors, double tolerance) {
     since_best = worst < 0.9F * best ? 0 : since_best + 1;
     best = std::min(best, worst);
   }
+  reached_ = worst <= goal;
   return iteration;
 }
 

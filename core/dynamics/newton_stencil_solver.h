@@ -33,13 +33,17 @@ class StencilSolver {
   std::vector<CarrierRows>& carriers() { return carriers_; }
   /// To be called when the stencil has changed. areas: of the mean cell's faces, squared.
   void prepare(const std::array<double, 3>& areas);
+  /// Keeps the preconditioner that is cheaper for the stencil prepared and these errors. Flat faces make
+  /// modes that only the box's inverse reaches; in round or thin bodies it costs more than it saves.
+  void choose_preconditioner(const double* errors);
   /// Solves for −errors until the largest residual is below tolerance times the first one. Cells without a
   /// row stay zero. Returns the iterations.
-  int solve(const double* errors, double tolerance);
+  int solve(const double* errors, double tolerance, int most_iterations = 3000);
   const float* solution() const { return solution_.data(); }
   std::int64_t bytes() const;
 
  private:
+  double cost_of_iteration() const;
   /// Sums over a slab, to be added in their order.
   struct Partial {
     double with_earlier[depth] = {};
@@ -59,6 +63,7 @@ class StencilSolver {
   std::optional<FastDiagonalization> box_;
   AlignedArray<float> entries_, solution_, residual_, scaled_, z_;
   std::vector<Partial> partial_;
+  bool reached_ = false;  ///< the last solution its tolerance
   std::array<std::array<AlignedArray<float>, 3>, depth + 1> directions_;
   AlignedArray<float> box_diagonal_;
   AlignedArray<float> scale_;  ///< √(diagonal of the box / diagonal), or √(1/diagonal)

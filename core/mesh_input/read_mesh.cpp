@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/common/error.h"
+#include "core/mesh_input/glb_reader.h"
 #include "core/mesh_input/polygon_soup.h"
 
 namespace isochor {
@@ -26,7 +27,14 @@ CheckedMesh check(std::span<const char> bytes, MeshFormat format) {
     case MeshFormat::glb:
       break;
   }
-  throw Error(ErrorCode::unsupported_format, "GLB is not a polygon text or table format");
+  throw Error(ErrorCode::internal, "a GLB is not checked here");
+}
+
+TriangleSoup read_polygons(std::span<const char> bytes, MeshFormat format, Progress& progress) {
+  const CheckedMesh mesh = check(bytes, format);
+  progress.throw_if_cancelled();
+  if (mesh.polygons == 0) return {std::vector<Vec3>(mesh.vertices > 0 ? 1 : 0, Vec3::Zero()), {}};
+  return triangulate(read_with_cgal(mesh, format, progress), progress);
 }
 
 std::string read_bytes(const std::filesystem::path& path) {
@@ -70,12 +78,10 @@ TriangleSoup read_mesh(const std::filesystem::path& path, Progress& progress) {
 
 TriangleSoup read_mesh(std::span<const char> bytes, MeshFormat format, Progress& progress) {
   progress.report("reading", 0.0);
-  const CheckedMesh mesh = check(bytes, format);
-  progress.throw_if_cancelled();
-  if (mesh.polygons == 0)
+  TriangleSoup soup = format == MeshFormat::glb ? read_glb(bytes) : read_polygons(bytes, format, progress);
+  if (soup.triangles.empty())
     throw Error(ErrorCode::empty_result, "the mesh has no triangle",
-                mesh.vertices > 0 ? "point clouds have no surface: reconstruct one first" : "");
-  TriangleSoup soup = triangulate(read_with_cgal(mesh, format, progress), progress);
+                soup.positions.empty() ? "" : "point clouds have no surface: reconstruct one first");
   progress.report("reading", 1.0);
   return soup;
 }

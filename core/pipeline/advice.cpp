@@ -91,6 +91,11 @@ void add_warnings(Model& model, Progress& progress) {
          fmt::format("cells touch only along {} edges and at {} vertices and will swing like hinges: set "
                      "contacts to fill or separate",
                      lattice.edge_contacts, lattice.vertex_contacts));
+  if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell)
+    warn(model,
+         fmt::format("the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or "
+                     "fills a pocket",
+                     quality.boundary_to_input / cell));
   const MeshReport& input = *model.input;
   if (input.closed && std::abs(quality.volume - std::abs(input.volume)) > 0.1 * std::abs(input.volume))
     warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: use more cells",

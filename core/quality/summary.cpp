@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <optional>
 
 #include "core/embedding/tet_locator.h"
 #include "core/parallel/parallel.h"
@@ -37,10 +37,14 @@ struct Coverage {
 class CoverageMeter {
  public:
   CoverageMeter(const TetMesh& mesh, const TriangleSoup& soup, const Embedding& embedding)
-      : soup_(soup), embedding_(embedding), locator_(mesh), reach_(mesh.grid.spacing) {
-    double total = 0.0;
-    for (const Triangle& t : soup.triangles) total += area(corners(t));
+      : soup_(soup), embedding_(embedding), reach_(mesh.grid.spacing) {
+    double total = 0.0, longest = 0.0;
+    for (const Triangle& t : soup.triangles) {
+      total += area(corners(t));
+      longest = std::max(longest, longest_edge(corners(t)));
+    }
     spacing_ = std::max(0.5 * reach_, std::sqrt(total) / 150.0);  // some 50,000 samples at most
+    if (longest > spacing_) locator_.emplace(mesh);
   }
 
   Coverage measure(const Triangle& triangle) const {
@@ -56,7 +60,7 @@ class CoverageMeter {
       for (const std::int32_t v : triangle) add(embedding_.distance[v]);
     } else {
       const int n = static_cast<int>(std::min(256.0, std::ceil(edge / spacing_)));
-      for_parts(t, n, [&](const Vec3& p) { add(locator_.distance(p)); });
+      for_parts(t, n, [&](const Vec3& p) { add(locator_->distance(p)); });
     }
     result.covered = result.area * hits / samples;
     return result;
@@ -69,7 +73,7 @@ class CoverageMeter {
 
   const TriangleSoup& soup_;
   const Embedding& embedding_;
-  TetLocator locator_;
+  std::optional<TetLocator> locator_;  ///< made when a triangle needs samples
   double reach_, spacing_ = 0.0;
 };
 
@@ -103,13 +107,19 @@ double boundary_distance(const TetMesh& mesh, const TriangleTree& soup_tree, con
   std::vector<std::uint8_t> on_boundary(mesh.positions.size(), 0);
   for (const Triangle& t : mesh.surface)
     for (const std::int32_t v : t) on_boundary[v] = 1;
-  const double squared = reduce<double>(
-      static_cast<std::int64_t>(mesh.positions.size()), 256, progress,
-      [&](std::int64_t v) {
-        return on_boundary[v] ? soup_tree.nearest(mesh.positions[v], 1e300).squared_distance : 0.0;
-      },
-      [](double a, double b) { return std::max(a, b); });
-  return std::sqrt(squared);
+  std::vector<double> squared(mesh.positions.size(), 0.0);
+  parallel_for(static_cast<std::int64_t>(squared.size()), 256, [&](std::int64_t begin, std::int64_t end) {
+    progress.throw_if_cancelled();
+    std::int32_t hint = -1;  // the triangle nearest to the vertex before bounds the search
+    for (auto v = begin; v < end; ++v) {
+      if (on_boundary[v] == 0) continue;
+      const Vec3& p = mesh.positions[v];
+      squared[v] = hint < 0 ? 1e300 : soup_tree.squared_distance(p, hint);
+      const TriangleTree::Nearest nearest = soup_tree.nearest(p, squared[v]);
+      if (nearest.triangle >= 0) hint = nearest.triangle, squared[v] = nearest.squared_distance;
+    }
+  });
+  return std::sqrt(*std::ranges::max_element(squared));
 }
 
 }  // namespace
@@ -124,7 +134,9 @@ QualitySummary summarize_quality(const TetMesh& mesh, const TriangleSoup& soup, 
   summary.inverted = std::ranges::count_if(tets.scaled_jacobian, [](float j) { return !(j > 0.0F); });
   progress.throw_if_cancelled();
   const Coverage coverage = measure_coverage(mesh, soup, embedding, progress);
-  summary.coverage = coverage.area > 0.0 ? coverage.covered / coverage.area : 1.0;
+  // Collinear triangles have no area; then all of their vertices must be covered.
+  summary.coverage = coverage.area > 0.0 ? coverage.covered / coverage.area
+                                         : (embedding.largest_distance <= mesh.grid.spacing ? 1.0 : 0.0);
   summary.input_to_boundary = std::max(coverage.farthest, embedding.largest_distance);
   summary.boundary_to_input = boundary_distance(mesh, soup_tree, progress);
   return summary;

@@ -141,16 +141,24 @@ struct Study {
   Scales scales;
 };
 
-Run measured_run(Study& study, const SceneSettings& settings, const FrameSink& sink,
+constexpr int reference_index = -1;
+constexpr double slow_run_seconds = 10.0;
+
+Run measured_run(Study& study, const SceneSettings& settings, int index, bool recorded,
                  const std::string& phase) {
   Progress quiet;
+  const SceneReportOptions& options = study.options;
   const auto simulation = compile(apply_settings(study.scene, settings), quiet);
   if (study.points.bodies.empty()) {
-    study.points = choose_material_points(simulation->topology(), study.options.material_points);
+    study.points = choose_material_points(simulation->topology(), options.material_points);
     study.scales = scene_scales(*simulation);
   }
+  if (recorded && options.on_start) options.on_start(index, *simulation);
+  FrameSink sink;
+  if (recorded && options.on_frame)
+    sink = [&, index](const Snapshot& frame) { options.on_frame(index, frame); };
   return run_scene(*simulation, study.points, sink, study.progress,
-                   [&](double f) { study.progress.report(phase, f); });
+                   [&](double fraction) { study.progress.report(phase, fraction); });
 }
 
 SceneSettings reference_settings(Study& study, const std::vector<SceneSettings>& grid) {
@@ -178,10 +186,7 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
   std::vector<double> medians, seconds;
   try {
     for (int repeat = 0; repeat < std::max(1, study.options.repeats); ++repeat) {
-      const FrameSink sink = repeat == 0 && study.options.on_frame
-                                 ? FrameSink([&](const Snapshot& s) { study.options.on_frame(index, s); })
-                                 : FrameSink();
-      const Run run = measured_run(study, settings, sink, phase);
+      const Run run = measured_run(study, settings, index, repeat == 0, phase);
       medians.push_back(spread_of(run.frame_ms).median);
       seconds.push_back(run.seconds());
       if (repeat > 0) continue;
@@ -191,7 +196,8 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
         point.substeps = std::max(point.substeps, m.substeps);
         point.recoveries += m.recoveries, point.fallbacks += m.fallbacks;
       }
-      if (run.outcome == Outcome::blew_up) break;
+      // A slow point is as good as its first run: the noise of a repeat is small beside it.
+      if (run.outcome == Outcome::blew_up || run.seconds() > slow_run_seconds) break;
     }
   } catch (const Error& error) {
     if (error.code() == ErrorCode::cancelled) throw;
@@ -258,9 +264,7 @@ SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, 
   SceneReport report{scene.name, {}, 0.0, {}, true};
   try {
     report.reference = reference_settings(study, grid);
-    const FrameSink sink =
-        options.on_frame ? FrameSink([&](const Snapshot& s) { options.on_frame(-1, s); }) : FrameSink();
-    study.reference = measured_run(study, report.reference, sink, "reference");
+    study.reference = measured_run(study, report.reference, reference_index, true, "reference");
     report.reference_seconds = study.reference.seconds();
     for (std::size_t i = 0; i < grid.size(); ++i) {
       const auto known = std::ranges::find(options.done, grid[i], &ScenePoint::settings);

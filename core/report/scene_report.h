@@ -13,6 +13,8 @@
 
 namespace isochor {
 
+class Simulation;
+
 /// One point of the grid solver × step × tolerance × resolution.
 struct SceneSettings {
   VolumeSolver solver = VolumeSolver::newton;
@@ -94,7 +96,9 @@ struct SceneReportOptions {
   std::vector<ScenePoint> done;
   /// Called after each point, so that a caller can keep what is done.
   std::function<void(const SceneReport&)> on_point;
-  /// Called with each frame of a point's first repeat, and of the reference (index −1), for recordings.
+  /// Called at the start of a point's first repeat, and of the reference (point −1), then with each frame, so
+  /// that a caller can record them.
+  std::function<void(int point, const Simulation&)> on_start;
   std::function<void(int point, const Snapshot&)> on_frame;
 };
 

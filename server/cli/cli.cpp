@@ -56,7 +56,11 @@ int run_cli(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   CliContext context;
+  add_serve_command(app, context);
   add_mesh_command(app, context);
+  add_simulate_command(app, context);
+  add_report_command(app, context);
+  add_stability_command(app, context);
   add_info_command(app, context);
   add_formats_command(app, context);
   add_generate_command(app, context);

@@ -7,6 +7,8 @@ namespace isochor {
 void add_serve_command(CLI::App& app, CliContext& context);
 void add_mesh_command(CLI::App& app, CliContext& context);
 void add_simulate_command(CLI::App& app, CliContext& context);
+void add_report_command(CLI::App& app, CliContext& context);
+void add_stability_command(CLI::App& app, CliContext& context);
 void add_info_command(CLI::App& app, CliContext& context);
 void add_formats_command(CLI::App& app, CliContext& context);
 

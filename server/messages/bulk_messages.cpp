@@ -44,8 +44,10 @@ void cell_coordinates(ObjectWriter& object, const TetMesh& mesh) {
 }
 
 void weights(ObjectWriter& object, const Embedding& embedding) {
-  const std::span flat(reinterpret_cast<const float*>(embedding.weights.data()),
-                       4 * embedding.weights.size());
+  std::vector<float> flat;
+  flat.reserve(4 * embedding.weights.size());
+  for (const auto& tuple : embedding.weights)
+    for (const double weight : tuple) flat.push_back(static_cast<float>(weight));
   list(object, "tet", embedding.tet);
   append_typed_array<float>(object.key("weights"), flat, 4);
 }

@@ -73,7 +73,7 @@ class Documentation(ProgramTest):
     def test_help_and_version(self):
         self.assertRegex(self.run_program("--version").stdout, rb"^isochor \d+\.\d+\.\d+\n$")
         text = self.run_program("--help").stdout.decode()
-        for command in ("mesh", "info", "formats"):
+        for command in ("serve", "mesh", "simulate", "info", "formats"):
             self.assertIn(command, text)
         self.assertNotIn("generate", text)
         self.assertIn("--p-subs-voxels", self.run_program("mesh", "--help").stdout.decode())
@@ -102,7 +102,7 @@ class Documentation(ProgramTest):
 
         self.assertEqual(complete("isochor", "me"), ["mesh"])
         self.assertEqual(complete("isochor", "mesh", "--smoothing-i"), ["--smoothing-iterations"])
-        self.assertIn("--json", complete("isochor", "formats", "--"))
+        self.assertIn("--encoding", complete("isochor", "simulate", "--"))
 
 
 if __name__ == "__main__":

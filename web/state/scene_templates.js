@@ -25,8 +25,8 @@ function base(name, place, body = {}, more = {}) {
     name, duration: null, frame_rate: 60, gravity: [0, -9.81, 0],
     solver: {volume: 'newton', constraint: 'per_cell', tolerance: 1e-6, springs: 'auto', substeps: 'auto', max_iterations: 40},
     bodies: [{name: 'body', type: 'deformable', mesh: 'current', position: place.position.map(round),
-      orientation: place.orientation, scale: round(place.scale), density: 500, masses: 'lumped',
-      edge_stiffness: 2000, diagonal_stiffness: 500, damping: 0.002, friction: 0.3, restitution: 0.2, self_contact: false,
+      orientation: place.orientation, scale: round(place.scale), density: 300, masses: 'lumped',
+      edge_stiffness: 300, diagonal_stiffness: 100, damping: 0, friction: 0.3, restitution: 0.2, self_contact: false,
       ...body}],
     pins: [], joints: [], ...more,
   };
@@ -41,8 +41,8 @@ export const scene_templates = {
     make(bounds, options) {
       const place = at_height(bounds, options, 0);
       const foot = round(place.box.min[1] + 0.06 * (place.box.max[1] - place.box.min[1]));
-      return base('sway', place, {start: {affine: [[1, 0.3, 0], [0, 1, 0], [0, 0.1, 1]]}}, {
-        bodies_after: [ground], pins: [{body: 'body', inside: {min: [-1e3, -1e3, -1e3], max: [1e3, foot, 1e3]}, to: null}],
+      return base('sway', place, {edge_stiffness: 150, diagonal_stiffness: 60, start: {affine: [[1, 0.3, 0], [0, 1, 0], [0, 0.1, 1]]}}, {
+        gravity: [0, -2, 0], pins: [{body: 'body', inside: {min: [-1e3, -1e3, -1e3], max: [1e3, foot, 1e3]}, to: null}],
       });
     },
   },

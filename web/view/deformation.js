@@ -1,3 +1,10 @@
+/// Weights that are no numbers would reach the graphics driver as positions; such a vertex follows its tet's centre.
+export function finite_weights(weights) {
+  for (let v = 0; v < weights.length; v += 4)
+    if (!Number.isFinite(weights[v] + weights[v + 1] + weights[v + 2] + weights[v + 3])) weights.fill(0.25, v, v + 4);
+  return weights;
+}
+
 /// out = Σ weights · tet vertices, for each embedded vertex [Milliron 2002].
 export function apply_embedding({tet, weights}, tets, positions, out) {
   for (let v = 0; v < tet.length; ++v) {

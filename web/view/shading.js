@@ -124,6 +124,7 @@ export function apply_orthographic(mesh) {
 export class TriangleList {
   constructor(material) {
     this.geometry = new THREE.BufferGeometry();
+    this.geometry.boundingSphere = new THREE.Sphere();  // nothing is culled by it; computing it would cost more
     this.mesh = new THREE.Mesh(this.geometry, material);
     this.mesh.frustumCulled = false;
     apply_orthographic(this.mesh);

@@ -5,7 +5,7 @@ import {draw_cells, move_cells} from './cell_faces.js';
 import {SurfaceLayer} from './surface_layer.js';
 import {collider_mesh} from './collider_mesh.js';
 import {indexed, raycast} from './raycast.js';
-import {apply_embedding, cell_volumes, inverted_tets} from './deformation.js';
+import {apply_embedding, cell_volumes, finite_weights, inverted_tets} from './deformation.js';
 
 /// The bodies of a simulation at the frame shown: skins moved by the embedding, cells, rigid shapes, inverted tets.
 export class SimLayer {
@@ -63,7 +63,8 @@ class DeformableView {
     this.restyle();
   }
 
-  make_skin({triangles, tet}) {
+  make_skin({triangles, tet, weights}) {
+    finite_weights(weights);
     this.skin = new SurfaceLayer(this.layer.viewport, this.layer.group);
     this.skin.set_triangles(new Float32Array(3 * tet.length), triangles);
     this.move_skin();

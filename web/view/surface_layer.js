@@ -8,6 +8,7 @@ export class SurfaceLayer {
   constructor(viewport, parent) {
     Object.assign(this, {viewport, parent, triangles: new Uint32Array(), positions: new Float32Array()});
     this.geometry = new THREE.BufferGeometry();
+    this.geometry.boundingSphere = new THREE.Sphere();
     this.material = solid_material({edges: 0});
     this.depth_material = new THREE.MeshBasicMaterial({colorWrite: false, side: THREE.DoubleSide,
       polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2});

@@ -90,6 +90,7 @@ export class Viewport extends EventTarget {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas;
     if (!width || !height) return;
+    this.fence = null;
     this.set_sharpness(1);
     if (!this.store.get('view.camera')) this.fit(null, false);
     this.draw();
@@ -119,10 +120,24 @@ export class Viewport extends EventTarget {
   draw() {
     cancelAnimationFrame(this.pending);
     this.pending = null;
+    if (!this.last_is_drawn()) return this.invalidate();
     this.adapt();
     this.place_cameras();
     this.marker?.quaternion.copy(this.camera.quaternion);
     this.renderer.render(this.scene, this.camera);
+    const gl = this.renderer.getContext();
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+  }
+
+  /// Frames that a slow graphics processor has not drawn yet must not pile up before it.
+  last_is_drawn() {
+    if (!this.fence) return true;
+    const gl = this.renderer.getContext();
+    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return false;
+    gl.deleteSync(this.fence);
+    this.fence = null;
+    return true;
   }
 
   place_cameras() {
@@ -154,6 +169,7 @@ export class Viewport extends EventTarget {
   }
 
   screenshot() {
+    this.fence = null;
     this.set_sharpness(1);
     this.draw();
     return new Promise(resolve => this.canvas.toBlob(resolve, 'image/png'));

@@ -1,0 +1,82 @@
+#include "core/report/fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/report/scene_report.h"
+
+namespace isochor {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(Fit, FindsTheKnownOrder) {
+  const std::vector<double> x{0.5, 0.25, 0.125, 0.0625};
+  for (double order : {1.0, 2.0, -0.5}) {
+    std::vector<double> y;
+    for (double value : x) y.push_back(3.0 * std::pow(value, order));
+    ASSERT_TRUE(fitted_order(x, y).has_value());
+    EXPECT_NEAR(*fitted_order(x, y), order, 1e-12);
+  }
+}
+
+TEST(Fit, LeavesOutWhatHasNoLogarithm) {
+  const std::vector<double> x{1.0, 0.5, 0.25, 0.125}, y{nan, 0.5, 0.0, 0.125};
+  EXPECT_NEAR(fitted_order(x, y).value(), 1.0, 1e-12);
+  const std::vector<double> one{0.5, 0.5}, two{1.0, 2.0};
+  EXPECT_FALSE(fitted_order(one, two).has_value());
+}
+
+TEST(Fit, MedianAndExtremes) {
+  const Spread odd = spread_of({3.0, 1.0, 2.0}), even = spread_of({4.0, 1.0, 2.0, 3.0});
+  EXPECT_EQ(odd.median, 2.0);
+  EXPECT_EQ(odd.min, 1.0);
+  EXPECT_EQ(odd.max, 3.0);
+  EXPECT_EQ(even.median, 2.5);
+  EXPECT_EQ(spread_of({}).median, 0.0);
+}
+
+TEST(Fit, FrontKeepsWhatNothingBeats) {
+  const std::vector<double> cost{1.0, 2.0, 3.0, 2.5, nan, 4.0}, error{1.0, 0.5, 0.6, 0.5, 0.0, 0.1};
+  EXPECT_EQ(pareto_front(cost, error), (std::vector<std::size_t>{0, 1, 5}));
+}
+
+ScenePoint planted(int substeps, double tolerance, double error) {
+  ScenePoint point;
+  point.settings.substeps = point.substeps = substeps;
+  point.settings.tolerance = tolerance;
+  point.errors.trajectory_rms = error;
+  point.ms_per_step = {static_cast<double>(substeps), 0.0, 0.0};
+  return point;
+}
+
+TEST(SceneOrders, AreFittedASeries) {
+  SceneReport report;
+  for (double tolerance : {1e-3, 1e-6})
+    for (int substeps : {1, 2, 4, 8})
+      report.points.push_back(
+          planted(substeps, tolerance, std::pow(substeps, tolerance < 1e-4 ? -2.0 : -1.0)));
+  int seen = 0;
+  for (const FittedOrder& order : fitted_orders(report)) {
+    if (order.error != "trajectory_rms" || order.axis != "h") continue;
+    EXPECT_EQ(order.points, 4);
+    EXPECT_NEAR(order.order, order.series.tolerance < 1e-4 ? 2.0 : 1.0, 1e-12);
+    ++seen;
+  }
+  EXPECT_EQ(seen, 2);
+}
+
+TEST(SceneOrders, BudgetTakesTheSmallestErrorThatFits) {
+  SceneReport report;
+  report.points = {planted(1, 1e-6, 1.0), planted(4, 1e-6, 0.1), planted(16, 1e-6, 0.01),
+                   planted(2, 1e-6, 0.001)};
+  report.points[3].outcome = Outcome::infeasible;
+  ASSERT_NE(fit_budget(report, 8.0), nullptr);
+  EXPECT_EQ(fit_budget(report, 8.0)->settings.substeps, 4);
+  EXPECT_EQ(fit_budget(report, 0.5), nullptr);
+}
+
+}  // namespace
+}  // namespace isochor

@@ -1,0 +1,127 @@
+#include "core/report/scene_report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/report/stability.h"
+#include "core/scene/simulation.h"
+
+namespace isochor {
+namespace {
+
+DeformableBody cube(int cells, double size) {
+  DeformableBody body;
+  body.shape = LatticeShape{Vec3i::Constant(cells), size / cells, Vec3::Constant(-0.5 * size)};
+  return body;
+}
+
+Scene one_body(DeformableBody body, double duration) {
+  Scene scene;
+  scene.name = "one body";
+  scene.duration = duration;
+  SceneBody cube;
+  cube.name = "cube";
+  cube.kind = std::move(body);
+  scene.bodies.push_back(std::move(cube));
+  return scene;
+}
+
+/// Semi-implicit Euler falls by g·t·(t+h)/2, a distance of g·t·h/2 from the parabola: known error, known
+/// order.
+TEST(SceneReport, FreeFallHasTheErrorAndTheOrderOfSymplecticEuler) {
+  const Scene scene = one_body(cube(2, 1.0), 0.5);
+  SceneReportOptions options;
+  options.axes.substeps = {1, 2, 4, 8};
+  options.repeats = 1;
+  options.reference_refinement = 64;
+  Progress quiet;
+  const SceneReport report = report_scene(scene, options, quiet);
+  ASSERT_EQ(report.points.size(), 4u);
+  const double h_ref = 1.0 / 60.0 / (8 * 64);
+  for (const ScenePoint& point : report.points) {
+    const double h = 1.0 / 60.0 / point.settings.substeps;
+    EXPECT_EQ(point.outcome, Outcome::converged) << point.reason;
+    EXPECT_NEAR(point.errors.trajectory_max, 0.5 * 9.81 * 0.5 * (h - h_ref), 1e-9);
+    EXPECT_LT(point.errors.max_cell_volume, point.settings.tolerance);
+  }
+  bool seen = false;
+  for (const FittedOrder& order : fitted_orders(report))
+    if (order.error == "trajectory_max" && order.axis == "h") {
+      seen = true;
+      EXPECT_NEAR(order.order, 1.0, 0.02);
+    }
+  EXPECT_TRUE(seen);
+}
+
+/// A cube stretched a little along one axis at constant volume swings; the error of the swing falls with the
+/// step.
+TEST(SceneReport, AnOscillationConverges) {
+  DeformableBody body = cube(2, 1.0);
+  body.edge_stiffness = body.diagonal_stiffness = 1e4;
+  body.start.affine = Vec3(1.02, 1.0 / std::sqrt(1.02), 1.0 / std::sqrt(1.02)).asDiagonal();
+  Scene scene = one_body(body, 0.25);
+  scene.gravity = Vec3::Zero();
+  SceneReportOptions options;
+  options.axes.springs = {SpringIntegrator::symplectic};
+  options.axes.substeps = {8, 16, 32};
+  options.axes.tolerances = {1e-9};
+  options.repeats = 1;
+  Progress quiet;
+  const SceneReport report = report_scene(scene, options, quiet);
+  ASSERT_EQ(report.points.size(), 3u);
+  for (std::size_t i = 1; i < 3; ++i)
+    EXPECT_LT(report.points[i].errors.trajectory_rms, 0.7 * report.points[i - 1].errors.trajectory_rms);
+}
+
+TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
+  const Scene scene = one_body(cube(1, 1.0), 0.1);
+  std::atomic<bool> cancel{false};
+  Progress progress({}, &cancel);
+  SceneReportOptions options;
+  options.axes.substeps = {1, 2, 4};
+  options.repeats = 1;
+  options.on_point = [&](const SceneReport& report) { cancel = report.points.size() == 2; };
+  const SceneReport part = report_scene(scene, options, progress);
+  EXPECT_FALSE(part.complete);
+  ASSERT_EQ(part.points.size(), 2u);
+
+  cancel = false;
+  options.on_point = {};
+  options.done = part.points;
+  options.done[0].seconds = 12345.0;  // planted, to see that it is taken over and not run again
+  const SceneReport whole = report_scene(scene, options, progress);
+  EXPECT_TRUE(whole.complete);
+  ASSERT_EQ(whole.points.size(), 3u);
+  EXPECT_EQ(whole.points[0].seconds, 12345.0);
+}
+
+TEST(SceneReport, ResolutionKeepsTheMaterial) {
+  DeformableBody body = cube(2, 1.0);
+  body.edge_stiffness = 300.0;
+  SceneSettings settings;
+  settings.resolution = 2.0;
+  const Scene refined = apply_settings(one_body(body, 0.1), settings);
+  const auto& fine = std::get<DeformableBody>(refined.bodies[0].kind);
+  EXPECT_EQ(std::get<LatticeShape>(fine.shape).cells, Vec3i::Constant(4));
+  EXPECT_DOUBLE_EQ(std::get<LatticeShape>(fine.shape).cell_size, 0.25);
+  EXPECT_DOUBLE_EQ(fine.edge_modulus.value(), 600.0);
+}
+
+TEST(Stability, APlantedShortfallIsSeen) {
+  StabilityCase test;
+  test.group = "planted", test.name = "free fall that is asked to stay up";
+  test.scene = one_body(cube(1, 1.0), 0.5);
+  Progress quiet;
+  EXPECT_TRUE(run_stability_case(test, quiet).passed);
+  test.stops_at = 0.0;
+  const StabilityResult fallen = run_stability_case(test, quiet);
+  EXPECT_FALSE(fallen.passed);
+  EXPECT_EQ(fallen.outcome, "passed through");
+  test.stops_at = -1e300;
+  test.feasible = false;
+  EXPECT_EQ(run_stability_case(test, quiet).outcome, "the infeasible state was not named");
+}
+
+}  // namespace
+}  // namespace isochor
