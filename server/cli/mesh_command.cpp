@@ -156,8 +156,10 @@ void add_mesh_command(CLI::App& app, CliContext& context) {
   CLI::App* command = add_command(app, context, "mesh", "Make a tetrahedral model from a triangle mesh");
   const auto options = std::make_shared<MeshCommand>();
   add_input_options(*command, options->input);
-  command->add_option("-o,--output", options->outputs,
-                      "File to write, its format by its extension; may be repeated; - is stdout");
+  command
+      ->add_option("-o,--output", options->outputs,
+                   "File to write, its format by its extension; may be repeated; - is stdout")
+      ->allow_extra_args(false);  // else it would swallow INPUT
   command->add_option("--format", options->format, "Export format by name; see isochor formats");
   command->add_flag("--dry-run", options->dry_run, "Print counts and memory, and stop");
   command

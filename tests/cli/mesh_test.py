@@ -44,7 +44,7 @@ class Mesh(ProgramTest):
         self.run_program("mesh", SPHERE, *COARSE, "-o", self.folder / "a.vtu", "-o", self.folder / "a.node",
                          "-o", self.folder / "a.msh")
         self.assert_files("a.vtu", "a.node", "a.ele", "a.face", "a.msh")
-        self.run_program("mesh", SPHERE, *COARSE, "-o", self.folder / "b.msh", "--format", "msh4")
+        self.run_program("mesh", "-o", self.folder / "b.msh", SPHERE, *COARSE, "--format", "msh4")
         self.assertIn('file="b.msh"', (self.folder / "b.xml").read_text())
 
     def test_parameters_from_a_file_and_from_options(self):
