@@ -14,6 +14,23 @@
 namespace isochor {
 namespace {
 
+/// CLI11 leaves long descriptions on one line.
+class WrappingFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr std::size_t width = 76;
+    std::string text = CLI::Formatter::make_option_desc(option);
+    std::size_t line = 0, space = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (text[i] == ' ') space = i;
+      if (i - line < width || space <= line) continue;
+      text[space] = '\n';
+      line = space + 1;
+    }
+    return text;
+  }
+};
+
 bool wants_json(int argc, char** argv) {
   return std::any_of(argv + 1, argv + argc, [](std::string_view word) { return word == "--json"; });
 }
@@ -33,6 +50,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, bool json) {
 
 int run(CLI::App& app, CliContext& context, int argc, char** argv) {
   const bool json = wants_json(argc, argv);
+  if (argc < 2) std::fputs(app.help().c_str(), stderr);
   try {
     app.parse(argc, argv);
     context.run();
@@ -54,6 +72,7 @@ int run_cli(int argc, char** argv) {
   CLI::App app{"Tetrahedral models from any triangle mesh, simulated at constant volume", "isochor"};
   app.set_version_flag("--version", "isochor " + build_info().version);
   app.require_subcommand(1);
+  app.formatter(std::make_shared<WrappingFormatter>());
   app.get_formatter()->column_width(34);
   CliContext context;
   add_serve_command(app, context);

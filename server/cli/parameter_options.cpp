@@ -23,8 +23,7 @@ ParameterValue parse_value(const Parameter& row, const std::string& text) {
 
 std::string type_text(const Parameter& row) {
   if (!row.choices.empty()) return fmt::format("{}", fmt::join(row.choices, "|"));
-  return fmt::format("{}..{}{}", row.min, row.max,
-                     row.unit.empty() ? std::string() : fmt::format(" {}", row.unit));
+  return fmt::format("{}..{}", row.min, row.max);
 }
 
 std::string default_text(const Parameter& row) {
