@@ -123,7 +123,7 @@ class SimulateFailures(ProgramTest):
         self.run_program("simulate", endless, "--duration", "0.1", "-o", out)
 
     def test_ctrl_c_leaves_no_partial_recording(self):
-        path = self.file("scene.json", scene(duration=1000))
+        path = self.file("scene.json", scene(duration=100000))
         for suffix in ("ndjson", "mdd"):
             child = subprocess.Popen([PROGRAM, "simulate", str(path), "-o", str(self.folder / f"out.{suffix}")],
                                      stderr=subprocess.PIPE)
