@@ -32,6 +32,7 @@ test('each change is one step back and one step forward', async () => {
 test('a whole drag of a slider is one step', async () => {
   const page = await suite.open();
   const slider = page.getByRole('slider', {name: 'Density', exact: true});
+  await slider.scrollIntoViewIfNeeded();
   const box = await slider.boundingBox();
   const before = await slider.inputValue();
   await page.mouse.move(box.x + box.width * 0.2, box.y + box.height / 2);

@@ -37,12 +37,12 @@ const half_sizes = ({box}) => box.max.map((x, axis) => round((x - box.min[axis])
 
 export const scene_templates = {
   sway: {
-    title: 'Sway', meaning: 'Held at its foot, bent aside and let go.',
+    title: 'Sway', meaning: 'Held at its foot, bent aside and let go, without gravity.',
     make(bounds, options) {
       const place = at_height(bounds, options, 0);
       const foot = round(place.box.min[1] + 0.06 * (place.box.max[1] - place.box.min[1]));
       return base('sway', place, {edge_stiffness: 150, diagonal_stiffness: 60, start: {affine: [[1, 0.3, 0], [0, 1, 0], [0, 0.1, 1]]}}, {
-        gravity: [0, -2, 0], pins: [{body: 'body', inside: {min: [-1e3, -1e3, -1e3], max: [1e3, foot, 1e3]}, to: null}],
+        gravity: [0, 0, 0], pins: [{body: 'body', inside: {min: [-1e3, -1e3, -1e3], max: [1e3, foot, 1e3]}, to: null}],
       });
     },
   },
