@@ -27,36 +27,28 @@ Scene one_body(DeformableBody body, double duration) {
   return scene;
 }
 
-/// Semi-implicit Euler falls by g·t·(t+h)/2, a distance of g·t·h/2 from the parabola: known error, known
-/// order.
-TEST(SceneReport, FreeFallHasTheErrorAndTheOrderOfSymplecticEuler) {
+/// Half kicks at both ends of a substep are exact under constant acceleration. What is left is round-off: a
+/// velocity is a difference of positions over h, ε·x/h ≈ 1e-12 m/s a substep, over 480 substeps of the
+/// reference and more.
+TEST(SceneReport, FreeFallIsExactAtEveryStep) {
   const Scene scene = one_body(cube(2, 1.0), 0.5);
   SceneReportOptions options;
   options.axes.substeps = {1, 2, 4, 8};
   options.repeats = 1;
-  options.reference_refinement = 64;
   Progress quiet;
   const SceneReport report = report_scene(scene, options, quiet);
   ASSERT_EQ(report.points.size(), 4u);
-  const double h_ref = 1.0 / 60.0 / (8 * 64);
   for (const ScenePoint& point : report.points) {
-    const double h = 1.0 / 60.0 / point.settings.substeps;
     EXPECT_EQ(point.outcome, Outcome::converged) << point.reason;
-    EXPECT_NEAR(point.errors.trajectory_max, 0.5 * 9.81 * 0.5 * (h - h_ref), 1e-9);
+    EXPECT_LT(point.errors.trajectory_max, 1e-9);
+    EXPECT_LT(point.errors.linear_momentum, 1e-9);
     EXPECT_LT(point.errors.max_cell_volume, point.settings.tolerance);
   }
-  bool seen = false;
-  for (const FittedOrder& order : fitted_orders(report))
-    if (order.error == "trajectory_max" && order.axis == "h") {
-      seen = true;
-      EXPECT_NEAR(order.order, 1.0, 0.02);
-    }
-  EXPECT_TRUE(seen);
 }
 
-/// A cube stretched a little along one axis at constant volume swings; the error of the swing falls with the
+/// A cube stretched a little along one axis at constant volume swings; the error falls with the square of the
 /// step.
-TEST(SceneReport, AnOscillationConverges) {
+TEST(SceneReport, AnOscillationConvergesWithTheSecondOrder) {
   DeformableBody body = cube(2, 1.0);
   body.edge_stiffness = body.diagonal_stiffness = 1e4;
   body.start.affine = Vec3(1.02, 1.0 / std::sqrt(1.02), 1.0 / std::sqrt(1.02)).asDiagonal();
@@ -65,13 +57,18 @@ TEST(SceneReport, AnOscillationConverges) {
   SceneReportOptions options;
   options.axes.springs = {SpringIntegrator::symplectic};
   options.axes.substeps = {8, 16, 32};
-  options.axes.tolerances = {1e-9};
+  options.axes.tolerances = {1e-10};
   options.repeats = 1;
   Progress quiet;
   const SceneReport report = report_scene(scene, options, quiet);
   ASSERT_EQ(report.points.size(), 3u);
-  for (std::size_t i = 1; i < 3; ++i)
-    EXPECT_LT(report.points[i].errors.trajectory_rms, 0.7 * report.points[i - 1].errors.trajectory_rms);
+  bool seen = false;
+  for (const FittedOrder& order : fitted_orders(report))
+    if (order.error == "trajectory_rms" && order.axis == "h") {
+      seen = true;
+      EXPECT_NEAR(order.order, 2.0, 0.2);
+    }
+  EXPECT_TRUE(seen);
 }
 
 TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
