@@ -85,8 +85,8 @@ TEST_F(FrameCodec, HelloOfARecordingHoldsTheWholeTopology) {
 TEST_F(FrameCodec, HelloOfAStreamNamesTheTopologyInstead) {
   const json hello =
       parse_line(encode_hello(hello_facts(simulation_), {.encoding = Encoding::array,
-                                            .simulation_id = "s1",
-                                            .topology_url = "/api/v1/simulations/s1/topology"}));
+                                                         .simulation_id = "s1",
+                                                         .topology_url = "/api/v1/simulations/s1/topology"}));
   EXPECT_EQ(hello["simulation"], "s1");
   EXPECT_EQ(hello["topology"], "/api/v1/simulations/s1/topology");
   EXPECT_EQ(hello["encoding"], "array");
