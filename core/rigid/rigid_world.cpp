@@ -7,13 +7,14 @@
 
 #include "core/common/error.h"
 #include "core/rigid/body_record.h"
+#include "core/rigid/step_solver.h"
 
 namespace isochor {
 namespace {
 
 double reach_of(const CollisionShape& shape) {
   const Box box = shape.bounds();
-  return box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs()).norm();
+  return box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs()).stableNorm();
 }
 
 void set_mass(BodyRecord& body, double mass) {
@@ -41,7 +42,8 @@ struct RigidWorld::Impl {
   std::vector<BodyRecord> bodies;
   Vec3 gravity = Vec3::Zero();
   double time = 0.0, h = 0.0;  ///< h: of the step under way, else 0
-  RigidMetrics metrics;
+  StepSolver solver;
+  std::vector<BodyRecord> saved;  ///< at the start of the step, to take it again
 
   BodyRecord& at(int body) { return bodies[static_cast<std::size_t>(body)]; }
   void kick(double seconds) {
@@ -79,18 +81,59 @@ void RigidWorld::set_gravity(const Vec3& gravity) {
   impl_->gravity = gravity;
 }
 
+void RigidWorld::add_joint(const JointDesc& desc) {
+  for (const int body : {desc.a, desc.b})
+    if (body < 0 || body >= size())
+      throw Error(ErrorCode::invalid_argument, fmt::format("a joint names body {} of {}", body, size()),
+                  "add the bodies before their joints");
+  if (desc.a == desc.b || (!dynamic(desc.a) && !dynamic(desc.b)))
+    throw Error(ErrorCode::invalid_argument, "a joint needs two bodies, one of them with a mass",
+                "give one of the bodies a mass, or leave the joint out");
+  if (desc.kind == JointKind::hinge && !(desc.axis.norm() > 0.0))
+    throw Error(ErrorCode::invalid_argument, "a hinge's axis has no direction",
+                "give an axis such as [0, 1, 0]");
+  impl_->solver.add_joint(make_joint(desc, pose(desc.a), pose(desc.b)));
+}
+
+int RigidWorld::substeps_for(double h) const {
+  const double rate = impl_->solver.fastest_rate(impl_->bodies);
+  return static_cast<int>(std::clamp(std::ceil(h * rate), 1.0, 64.0));
+}
+
+/// A substep whose joints could not be met is taken again in halves, at most five times.
+void RigidWorld::step(double h) {
+  const double end = impl_->time + h;
+  int halvings = 0;
+  while (impl_->time < end - 1e-9 * h) {
+    const double left = end - impl_->time;
+    impl_->saved = impl_->bodies;
+    begin_step(std::min(left, std::max(left / substeps_for(left), h / 64.0) / (1 << halvings)));
+    solve();
+    if (!metrics().converged && halvings < 5) {
+      std::swap(impl_->bodies, impl_->saved);
+      ++halvings;
+      continue;
+    }
+    end_step();
+  }
+  impl_->time = end;
+}
+
 void RigidWorld::begin_step(double h) {
   impl_->h = h;
   for (BodyRecord& body : impl_->bodies)
     if (!body.dynamic()) aim(body, impl_->time + h, h);
-  impl_->kick(0.5 * h);
+  impl_->solver.begin(impl_->bodies, impl_->gravity, h);
 }
 
-void RigidWorld::solve() {}
+void RigidWorld::solve() {
+  impl_->solver.solve_positions(impl_->bodies);
+}
 
 void RigidWorld::end_step() {
   for (BodyRecord& body : impl_->bodies) body.state.pose = body.predicted(impl_->h);
   impl_->kick(0.5 * impl_->h);
+  impl_->solver.solve_velocities(impl_->bodies);
   impl_->time += impl_->h;
   impl_->h = 0.0;
 }
@@ -179,7 +222,7 @@ Vec3 RigidWorld::angular_momentum() const {
 }
 
 const RigidMetrics& RigidWorld::metrics() const {
-  return impl_->metrics;
+  return impl_->solver.metrics();
 }
 
 }  // namespace isochor

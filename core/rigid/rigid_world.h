@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "core/collision/shape.h"
+#include "core/rigid/joint.h"
 #include "core/rigid/motion.h"
 #include "core/rigid/rigid_body.h"
+#include "core/rigid/rigid_metrics.h"
 
 namespace isochor {
 
@@ -17,15 +19,6 @@ struct RigidBodyDesc {
   std::optional<Motion> motion;  ///< takes precedence over mass
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  ///< of a body with a mass
   double friction = 0.3, restitution = 0.0;
-};
-
-/// What the last step did.
-struct RigidMetrics {
-  std::int64_t contacts = 0;     ///< points that pressed
-  double max_penetration = 0.0;  ///< metres, at the end of the step
-  double max_joint_error = 0.0;  ///< metres (radians for axes), at the end of the step
-  int iterations = 0;            ///< Newton rounds of the solver, both stages
-  bool converged = true;
 };
 
 /// Rigid bodies, their joints and contacts. One substep is
@@ -41,11 +34,16 @@ class RigidWorld {
   RigidWorld(RigidWorld&&) noexcept;
   RigidWorld& operator=(RigidWorld&&) noexcept;
 
-  /// Bodies are numbered from 0 in the order in which they are added. Throws invalid_argument.
+  /// Bodies are numbered from 0 in the order in which they are added. Both throw invalid_argument.
   int add_body(const RigidBodyDesc& desc);
+  void add_joint(const JointDesc& desc);
   void set_gravity(const Vec3& gravity);
 
-  void step(double h) { begin_step(h), solve(), end_step(); }
+  /// A whole step of its own, in as many substeps as substeps_for asks for.
+  void step(double h);
+  /// Substeps of h that joints need: the bodies that they hold turn by at most 0.15 radians in each, and the
+  /// vibration of taut chains is resolved.
+  int substeps_for(double h) const;
   void begin_step(double h);
   void solve();
   void end_step();

@@ -1,0 +1,138 @@
+#include "core/rigid/step_contacts.h"
+
+#include <algorithm>
+
+namespace isochor {
+namespace {
+
+constexpr double same_place = 0.05;  // of the reach: a contact that goes on
+
+std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
+}
+BodyPair pair_of(const RigidContact& contact) {
+  return {contact.a, contact.b};
+}
+bool by_pair(const RigidContact& p, const RigidContact& q) {
+  return pair_of(p) < pair_of(q);
+}
+
+double smaller_reach(std::span<const BodyRecord> bodies, BodyPair pair) {
+  return std::min(bodies[index(pair.first)].reach, bodies[index(pair.second)].reach);
+}
+
+/// How far any point of the body gets on its way to the pose.
+double moved(const BodyRecord& body, const Pose& to) {
+  const double turn = body.state.pose.orientation.angularDistance(to.orientation);
+  return (to.position - body.state.pose.position).norm() + (turn > 0.0 ? turn * body.reach : 0.0);
+}
+
+}  // namespace
+
+void StepContacts::begin(const StepWorld& world, std::span<const BodyPair> jointed) {
+  std::swap(last_, contacts);
+  contacts.clear();
+  broad_phase_.find(world.bodies, jointed, world.gravity, world.h);
+  find_touching(world);
+  impacts_.resolve(world, apart_, contacts);
+  find_ahead(world);
+  std::sort(contacts.begin(), contacts.end(), by_pair);
+  continue_from_last();
+}
+
+/// Of bodies that touch, all points that may do so by the step's end.
+void StepContacts::find_touching(const StepWorld& world) {
+  apart_.clear();
+  for (const BodyPair& pair : broad_phase_.pairs()) {
+    const BodyRecord &a = world.bodies[index(pair.first)], &b = world.bodies[index(pair.second)];
+    const double reachable =
+        world.h * approach_bound({a, world.gravity}, {b, world.gravity}, world.h) + world.slop;
+    const double gap =
+        collide({*a.shape, a.state.pose}, {*b.shape, b.state.pose}, reachable, impact_.manifold);
+    if (gap <= world.slop)
+      append_contacts(pair, world.bodies, impact_.manifold, a.state.pose, b.state.pose, contacts);
+    else
+      apart_.push_back(pair);
+  }
+}
+
+/// Bodies that settle on each other too slowly for an impact: the points where they will.
+void StepContacts::find_ahead(const StepWorld& world) {
+  const std::size_t known = contacts.size();
+  for (const BodyPair& pair : apart_) {
+    const auto end = contacts.begin() + static_cast<std::ptrdiff_t>(known);
+    if (std::any_of(contacts.begin(), end, [&](const auto& c) { return pair_of(c) == pair; })) continue;
+    const BodyPath a{world.bodies[index(pair.first)], world.gravity},
+        b{world.bodies[index(pair.second)], world.gravity};
+    const PlacedShape shape_a{*a.body.shape, a.body.state.pose}, shape_b{*b.body.shape, b.body.state.pose};
+    const double reachable = world.h * approach_bound(a, b, world.h);
+    if (collide(shape_a, shape_b, 0.0, impact_.manifold) > reachable) continue;
+    if (!find_impact(a, b, {0.0, world.h}, impact_)) continue;
+    append_contacts(pair, world.bodies, impact_.manifold, impact_.pose_a, impact_.pose_b, contacts);
+  }
+  for (std::size_t i = known; i < contacts.size(); ++i) contacts[i].ahead = true;
+}
+
+void StepContacts::continue_from_last() {
+  for (RigidContact& contact : contacts) {
+    const auto [first, last] = std::equal_range(last_.begin(), last_.end(), contact, by_pair);
+    const double reach = same_place * (contact.local_b.norm() + contact.local_a.norm());
+    auto nearest = last;
+    double least = reach * reach;
+    for (auto old = first; old != last; ++old) {
+      const double distance = std::min((old->local_b - contact.local_b).squaredNorm(),
+                                       (old->local_a - contact.local_a).squaredNorm());
+      if (distance < least) least = distance, nearest = old;
+    }
+    if (nearest == last) continue;
+    contact.impulse = nearest->impulse;
+    contact.approach = nearest->approach;
+    nearest->impulse = Vec3::Zero();  // goes to one contact only
+  }
+}
+
+void StepContacts::renew(const StepWorld& world, double closed) {
+  std::swap(last_, contacts);
+  contacts.clear();
+  for (const BodyPair& pair : broad_phase_.pairs()) {
+    const BodyRecord &a = world.bodies[index(pair.first)], &b = world.bodies[index(pair.second)];
+    const double near = std::max(closed, 1e-3 * smaller_reach(world.bodies, pair));
+    if (collide({*a.shape, a.state.pose}, {*b.shape, b.state.pose}, near, impact_.manifold) > near) continue;
+    append_contacts(pair, world.bodies, impact_.manifold, a.state.pose, b.state.pose, contacts);
+  }
+  continue_from_last();
+  std::erase_if(contacts, [&](const RigidContact& contact) {
+    const Pose &a = world.bodies[index(contact.a)].state.pose, &b = world.bodies[index(contact.b)].state.pose;
+    return contact.impulse.isZero(0.0) && contact_gap(contact, a, b) > closed;
+  });
+}
+
+bool StepContacts::watched(const RigidContact& contact, double near) const {
+  const auto [first, last] = std::equal_range(contacts.begin(), contacts.end(), contact, by_pair);
+  return std::any_of(first, last, [&](const RigidContact& known) {
+    return (known.local_a - contact.local_a).norm() < near || (known.local_b - contact.local_b).norm() < near;
+  });
+}
+
+bool StepContacts::complete(const StepWorld& world, std::span<const Pose> predicted) {
+  const std::size_t before = contacts.size();
+  fresh_.clear();
+  for (const BodyPair& pair : broad_phase_.pairs()) {
+    const BodyRecord &a = world.bodies[index(pair.first)], &b = world.bodies[index(pair.second)];
+    const Pose &pose_a = predicted[index(pair.first)], &pose_b = predicted[index(pair.second)];
+    const double small = smaller_reach(world.bodies, pair), travel = moved(a, pose_a) + moved(b, pose_b);
+    const auto start = collide({*a.shape, a.state.pose}, {*b.shape, b.state.pose}, 0.0, impact_.manifold);
+    if (start > travel) continue;
+    if (collide({*a.shape, pose_a}, {*b.shape, pose_b}, -1e-7 * small, impact_.manifold) > 0.0) continue;
+    append_contacts(pair, world.bodies, impact_.manifold, pose_a, pose_b, fresh_);
+  }
+  for (RigidContact& contact : fresh_) {
+    contact.ahead = true;
+    if (!watched(contact, 1e-2 * smaller_reach(world.bodies, pair_of(contact)))) contacts.push_back(contact);
+  }
+  if (contacts.size() == before) return false;
+  std::sort(contacts.begin(), contacts.end(), by_pair);
+  return true;
+}
+
+}  // namespace isochor

@@ -1,0 +1,39 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "core/rigid/broad_phase.h"
+#include "core/rigid/contact.h"
+#include "core/rigid/impacts.h"
+
+namespace isochor {
+
+/// The contacts of one step: found at its start, or where bodies meet on the way, and completed by what the
+/// predicted poses show. Contacts that last from step to step start from their last impulses.
+class StepContacts {
+ public:
+  void begin(const StepWorld& world, std::span<const BodyPair> jointed);
+  /// Adds the points at which the predicted poses overlap although no contact watches them. True when there
+  /// were any.
+  bool complete(const StepWorld& world, std::span<const Pose> predicted);
+  /// The contacts at the poses of the step's end: those closer than closed, and those that pressed on the
+  /// way.
+  void renew(const StepWorld& world, double closed);
+
+  std::vector<RigidContact> contacts;
+
+ private:
+  void find_touching(const StepWorld& world);
+  void find_ahead(const StepWorld& world);
+  void continue_from_last();
+  bool watched(const RigidContact& contact, double near) const;
+
+  BroadPhase broad_phase_;
+  std::vector<BodyPair> apart_;  ///< pairs that do not touch at the start
+  Impacts impacts_;
+  Impact impact_;
+  std::vector<RigidContact> last_;   ///< of the stage before, sorted by pair
+  std::vector<RigidContact> fresh_;  ///< scratch
+};
+
+}  // namespace isochor

@@ -1,0 +1,58 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "core/rigid/joint.h"
+#include "core/rigid/rigid_metrics.h"
+#include "core/rigid/step_contacts.h"
+
+namespace isochor {
+
+/// Both stages of a step over joints and contacts: SHAKE for the poses at its end, RATTLE for the velocities
+/// there [Andersen 1983], by impulses [Bender & Schmitt 2006].
+class StepSolver {
+ public:
+  void add_joint(const Joint& joint);
+  /// Impacts, the first half of gravity, contacts, and last step's impulses as a start.
+  void begin(std::span<BodyRecord> bodies, const Vec3& gravity, double h);
+  /// Newton's method over the errors that the predicted poses would have.
+  void solve_positions(std::span<BodyRecord> bodies);
+  /// At the poses of the step's end: joints at rest relative to each other, contacts not closing, or parting
+  /// with the restitution times the speed at which they met.
+  void solve_velocities(std::span<BodyRecord> bodies);
+  /// Substeps a second that the joints need.
+  double fastest_rate(std::span<const BodyRecord> bodies) const;
+  const RigidMetrics& metrics() const { return metrics_; }
+
+ private:
+  void load_bodies(std::span<const BodyRecord> bodies, double part);
+  void give_impulses(std::span<BodyRecord> bodies);
+  void apply_gathered(std::span<BodyRecord> bodies);
+  void predict(std::span<const BodyRecord> bodies);
+  void build_rows(std::span<const BodyRecord> bodies);
+  void position_residuals(std::span<const BodyRecord> bodies);
+  void velocity_residuals(std::span<const BodyRecord> bodies);
+  void add_contact_rows(const RigidContact& contact, std::span<const BodyRecord> bodies);
+  enum class Stage { positions, velocities };
+  double violation(std::span<const BodyRecord> bodies, Stage stage);
+  void warm_start(std::span<BodyRecord> bodies, Stage stage);
+  void newton(std::span<BodyRecord> bodies, Stage stage);
+  void remember(std::span<const BodyRecord> bodies);
+  void recall(std::span<BodyRecord> bodies);
+  void store_impulses();
+  void measure(std::span<const BodyRecord> bodies);
+
+  std::vector<Joint> joints_;
+  std::vector<BodyPair> jointed_;  ///< sorted
+  StepContacts found_;
+  ConstraintSet set_;
+  ImpulseSolver solver_;
+  std::vector<SolverBody> solver_bodies_;
+  std::vector<Pose> predicted_;
+  std::vector<std::array<Vec3, 2>> best_velocities_;
+  std::vector<double> best_impulses_, last_impulses_;
+  RigidMetrics metrics_;
+  double h_ = 0.0, last_h_ = 0.0;
+};
+
+}  // namespace isochor
