@@ -95,7 +95,7 @@ void Impacts::gather(const StepWorld& world, BodyPair pair, std::span<const Rigi
   for (bool grown = true; grown;) {
     grown = false;
     for (const RigidContact& contact : contacts) grown |= !contact.ahead && join(world, contact.a, contact.b);
-    for (const Joint& joint : world.joints) grown |= join(world, joint.a, joint.b);
+    for (const RigidJoint& joint : world.joints) grown |= join(world, joint.a, joint.b);
   }
 }
 
@@ -136,7 +136,7 @@ void Impacts::add_lasting_rows(const StepWorld& world, std::span<const RigidCont
         contact_gap(contact, pose(contact.a), pose(contact.b)) <
             together * world.bodies[index(contact.a)].reach)
       append_contact_rows(contact, pose(contact.a), pose(contact.b), set_);
-  for (const Joint& joint : world.joints)
+  for (const RigidJoint& joint : world.joints)
     if (inside(joint.a, joint.b)) append_joint_rows(joint, pose(joint.a), pose(joint.b), set_);
   add_rates(world, first);
 }

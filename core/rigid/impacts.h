@@ -13,7 +13,7 @@ namespace isochor {
 /// What the search for contacts works on in one step.
 struct StepWorld {
   std::span<BodyRecord> bodies;
-  std::span<const Joint> joints;
+  std::span<const RigidJoint> joints;
   Vec3 gravity;
   double h = 0.0;
   double slop = 0.0;  ///< metres: bodies that near touch

@@ -2,8 +2,8 @@
 
 namespace isochor {
 
-Joint make_joint(const JointDesc& desc, const Pose& a, const Pose& b) {
-  Joint joint;
+RigidJoint make_joint(const JointDesc& desc, const Pose& a, const Pose& b) {
+  RigidJoint joint;
   joint.kind = desc.kind;
   joint.a = desc.a, joint.b = desc.b;
   joint.anchor_a = a.to_local(desc.anchor), joint.anchor_b = b.to_local(desc.anchor);
@@ -13,7 +13,7 @@ Joint make_joint(const JointDesc& desc, const Pose& a, const Pose& b) {
   return joint;
 }
 
-void append_joint_rows(const Joint& joint, const Pose& a, const Pose& b, ConstraintSet& set) {
+void append_joint_rows(const RigidJoint& joint, const Pose& a, const Pose& b, ConstraintSet& set) {
   // Both anchors agree up to the tolerance; one point for both keeps the angular momentum to round-off.
   const Vec3 point = 0.5 * (a.to_world(joint.anchor_a) + b.to_world(joint.anchor_b));
   const Vec3 axis = b.orientation * joint.axis_b, across = axis.unitOrthogonal();
@@ -35,7 +35,7 @@ void append_joint_rows(const Joint& joint, const Pose& a, const Pose& b, Constra
   }
 }
 
-void joint_errors(const Joint& joint, const Pose& a, const Pose& b, std::span<ConstraintRow> rows,
+void joint_errors(const RigidJoint& joint, const Pose& a, const Pose& b, std::span<ConstraintRow> rows,
                   std::span<double> errors) {
   const Vec3 on_a = a.to_world(joint.anchor_a), on_b = b.to_world(joint.anchor_b);
   Vec3 turned = Vec3::Zero();  // of a against b, for small angles

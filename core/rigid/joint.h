@@ -16,7 +16,7 @@ struct JointDesc {
 };
 
 /// A joint in the frames of its bodies.
-struct Joint {
+struct RigidJoint {
   JointKind kind = JointKind::ball;
   int a = 0, b = 0;
   Vec3 anchor_a, anchor_b, axis_a, axis_b;
@@ -26,15 +26,15 @@ struct Joint {
   int rows() const { return kind == JointKind::ball ? 3 : kind == JointKind::hinge ? 5 : 6; }
 };
 
-Joint make_joint(const JointDesc& desc, const Pose& a, const Pose& b);
+RigidJoint make_joint(const JointDesc& desc, const Pose& a, const Pose& b);
 
 /// The joint's rows at the poses, without residuals and impulses. The world's axes for the anchor; for a
 /// hinge two directions across its axis.
-void append_joint_rows(const Joint& joint, const Pose& a, const Pose& b, ConstraintSet& set);
+void append_joint_rows(const RigidJoint& joint, const Pose& a, const Pose& b, ConstraintSet& set);
 
 /// What is left of the joint's equations at the poses: metres between the anchors, radians between the axes,
 /// along the rows' directions. Sets the directions in which these errors change there.
-void joint_errors(const Joint& joint, const Pose& a, const Pose& b, std::span<ConstraintRow> rows,
+void joint_errors(const RigidJoint& joint, const Pose& a, const Pose& b, std::span<ConstraintRow> rows,
                   std::span<double> errors);
 
 }  // namespace isochor

@@ -26,7 +26,7 @@ double rate(const ConstraintRow& row, std::span<const BodyRecord> bodies) {
 
 }  // namespace
 
-void StepSolver::add_joint(const Joint& joint) {
+void StepSolver::add_joint(const RigidJoint& joint) {
   joints_.push_back(joint);
   jointed_.push_back(std::minmax(joint.a, joint.b));
   std::sort(jointed_.begin(), jointed_.end());
@@ -36,7 +36,7 @@ void StepSolver::add_joint(const Joint& joint) {
 /// parts F·r/I and F/(m·r) the ones that a light body or a short arm make large.
 double StepSolver::fastest_rate(std::span<const BodyRecord> bodies) const {
   double fastest = 0.0;
-  for (const Joint& joint : joints_) {
+  for (const RigidJoint& joint : joints_) {
     const Vec3 impulse(joint.impulses[0], joint.impulses[1], joint.impulses[2]);
     const double force = last_h_ > 0.0 ? 2.0 * impulse.norm() / last_h_ : 0.0;
     for (const auto& [index_of, anchor] :
@@ -64,7 +64,7 @@ void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double
     if (contact.approach <= 2.0 * h * gravity.norm()) contact.approach = 0.0;  // resting
     contact.impulse *= last_h_ > 0.0 ? std::min(1.0, h / last_h_) : 0.0;
   }
-  for (Joint& joint : joints_)
+  for (RigidJoint& joint : joints_)
     for (double& impulse : joint.impulses) impulse *= last_h_ > 0.0 ? std::min(1.0, h / last_h_) : 0.0;
   for (BodyRecord& body : bodies)
     if (body.dynamic()) body.state.velocity += 0.5 * h * gravity;
@@ -122,7 +122,7 @@ void StepSolver::add_contact_rows(const RigidContact& contact, std::span<const B
 void StepSolver::build_rows(std::span<const BodyRecord> bodies) {
   load_bodies(bodies, 0.0);
   set_.clear();
-  for (const Joint& joint : joints_) {
+  for (const RigidJoint& joint : joints_) {
     append_joint_rows(joint, bodies[index(joint.a)].state.pose, bodies[index(joint.b)].state.pose, set_);
     for (int i = 0; i < joint.rows(); ++i)
       (set_.rows.end() - joint.rows() + i)->impulse = joint.impulses[index(i)];
@@ -135,7 +135,7 @@ void StepSolver::build_rows(std::span<const BodyRecord> bodies) {
 void StepSolver::position_residuals(std::span<const BodyRecord> bodies) {
   auto row = set_.rows.begin();
   std::array<double, 6> error{};
-  for (const Joint& joint : joints_) {
+  for (const RigidJoint& joint : joints_) {
     joint_errors(joint, predicted_[index(joint.a)], predicted_[index(joint.b)], {&*row, index(joint.rows())},
                  error);
     for (int i = 0; i < joint.rows(); ++i, ++row) row->residual = error[index(i)] / h_;
@@ -237,7 +237,7 @@ void StepSolver::solve_velocities(std::span<BodyRecord> bodies) {
 
 void StepSolver::store_impulses() {
   auto row = set_.rows.begin();
-  for (Joint& joint : joints_)
+  for (RigidJoint& joint : joints_)
     for (int i = 0; i < joint.rows(); ++i, ++row) joint.impulses[index(i)] = row->impulse;
   for (RigidContact& contact : found_.contacts) {
     contact.impulse = Vec3::Zero();
@@ -249,7 +249,7 @@ void StepSolver::store_impulses() {
 void StepSolver::measure(std::span<const BodyRecord> bodies) {
   std::array<double, 6> error{};
   auto row = set_.rows.begin();
-  for (const Joint& joint : joints_) {
+  for (const RigidJoint& joint : joints_) {
     joint_errors(joint, bodies[index(joint.a)].state.pose, bodies[index(joint.b)].state.pose,
                  {&*row, index(joint.rows())}, error);
     for (int i = 0; i < joint.rows(); ++i, ++row)

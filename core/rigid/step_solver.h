@@ -12,7 +12,7 @@ namespace isochor {
 /// there [Andersen 1983], by impulses [Bender & Schmitt 2006].
 class StepSolver {
  public:
-  void add_joint(const Joint& joint);
+  void add_joint(const RigidJoint& joint);
   /// Impacts, the first half of gravity, contacts, and last step's impulses as a start.
   void begin(std::span<BodyRecord> bodies, const Vec3& gravity, double h);
   /// Newton's method over the errors that the predicted poses would have.
@@ -42,7 +42,7 @@ class StepSolver {
   void store_impulses();
   void measure(std::span<const BodyRecord> bodies);
 
-  std::vector<Joint> joints_;
+  std::vector<RigidJoint> joints_;
   std::vector<BodyPair> jointed_;  ///< sorted
   StepContacts found_;
   ConstraintSet set_;
