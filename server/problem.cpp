@@ -1,5 +1,8 @@
 #include "server/problem.h"
 
+#include <exception>
+#include <new>
+
 namespace isochor {
 
 ProblemMapping problem_mapping(ErrorCode code) {
@@ -24,6 +27,18 @@ ProblemMapping problem_mapping(ErrorCode code) {
       break;
   }
   return {"internal", exit_internal, 500};
+}
+
+Error current_error() {
+  try {
+    throw;
+  } catch (const Error& error) {
+    return error;
+  } catch (const std::bad_alloc&) {
+    return {ErrorCode::over_budget, "the memory does not suffice", "ask for fewer voxels or cells"};
+  } catch (const std::exception& exception) {
+    return {ErrorCode::internal, exception.what()};
+  }
 }
 
 }  // namespace isochor

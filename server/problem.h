@@ -25,4 +25,7 @@ struct ProblemMapping {
 };
 ProblemMapping problem_mapping(ErrorCode code);
 
+/// What is being handled, as an Error: to be called in a catch block.
+Error current_error();
+
 }  // namespace isochor

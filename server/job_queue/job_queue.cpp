@@ -1,9 +1,10 @@
 #include "server/job_queue/job_queue.h"
 
 #include <algorithm>
-#include <new>
 
+#include "server/job_queue/retry_allocation.h"
 #include "server/messages/problem_messages.h"
+#include "server/problem.h"
 
 namespace isochor {
 namespace {
@@ -90,26 +91,27 @@ void JobQueue::run(Job& job) {
       &job.cancelled);
   try {
     end(job, JobStatus::done, job.work(progress), {});
-  } catch (const Error& error) {
-    const bool cancelled = error.code() == ErrorCode::cancelled;
-    end(job, cancelled ? JobStatus::cancelled : JobStatus::failed, {}, encode_problem(error));
-  } catch (const std::bad_alloc&) {
-    end(job, JobStatus::failed, {},
-        encode_problem(Error(ErrorCode::over_budget, "the server is out of memory")));
-  } catch (const std::exception& exception) {
-    end(job, JobStatus::failed, {}, encode_problem(Error(ErrorCode::internal, exception.what())));
+  } catch (const std::exception&) {
+    JobStatus status = JobStatus::failed;
+    std::string problem;
+    retry_allocation([&] {
+      const Error error = current_error();
+      if (error.code() == ErrorCode::cancelled) status = JobStatus::cancelled;
+      problem = encode_problem(error);
+    });
+    end(job, status, {}, std::move(problem));
   }
 }
 
 void JobQueue::end(Job& job, JobStatus status, std::string result, std::string problem) {
   table_.with([&](Table& table) {
     if (job.view.ended()) return;
+    retry_allocation([&] { table.ended.push_back(job.view.id); });
     job.view.status = status;
     if (status == JobStatus::done) job.view.fraction = 1.0;
     job.view.result = std::move(result);
     job.view.problem = std::move(problem);
     job.work = nullptr;
-    table.ended.push_back(job.view.id);
     forget_oldest(table);
   });
   on_end_();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/job_queue/retry_allocation.h"
+
 namespace isochor {
 namespace {
 
@@ -129,17 +131,21 @@ std::optional<FrameFeed::EncodedFrame> FrameFeed::following(Encoding encoding, s
 void FrameFeed::encode_later(Data& data, const Key& key, const Frame& frame) {
   if (find_encoded(data, key) || !data.under_way.try_emplace(key.second, key).second) return;
   const bool queued = encoder_->submit([self = shared_from_this(), key, frame, epoch = data.status.epoch] {
-    EncodedFrame encoded{frame, std::make_shared<const std::string>(encode_frame_tail(*frame, key.second))};
-    self->data_.with([&](Data& latest) {
-      if (latest.status.epoch != epoch) return;
-      latest.under_way.erase(key.second);
-      ++latest.encodes;
-      latest.encoded.emplace_back(key, std::move(encoded));
-      if (latest.encoded.size() > encoded_frames) latest.encoded.pop_front();
-    });
+    retry_allocation([&] { self->encode(key, frame, epoch); });
     self->waker_->wake();
   });
   if (!queued) data.under_way.erase(key.second);
+}
+
+void FrameFeed::encode(const Key& key, const Frame& frame, std::int64_t epoch) {
+  EncodedFrame encoded{frame, std::make_shared<const std::string>(encode_frame_tail(*frame, key.second))};
+  data_.with([&](Data& data) {
+    if (data.status.epoch != epoch) return;
+    data.encoded.emplace_back(key, std::move(encoded));
+    if (data.encoded.size() > encoded_frames) data.encoded.pop_front();
+    data.under_way.erase(key.second);
+    ++data.encodes;
+  });
 }
 
 FrameFeed::Frame FrameFeed::find(std::int64_t seq) const {

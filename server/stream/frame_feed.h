@@ -75,6 +75,7 @@ class FrameFeed : public std::enable_shared_from_this<FrameFeed> {
     int viewers = 0;
   };
   void encode_later(Data& data, const Key& key, const Frame& frame);
+  void encode(const Key& key, const Frame& frame, std::int64_t epoch);
   static const EncodedFrame* find_encoded(const Data& data, const Key& key);
 
   std::shared_ptr<Waker> waker_;

@@ -1,7 +1,10 @@
 #include "server/stream/simulation_runner.h"
 
 #include <algorithm>
-#include <new>
+#include <utility>
+
+#include "server/job_queue/retry_allocation.h"
+#include "server/problem.h"
 
 namespace isochor {
 
@@ -45,26 +48,23 @@ SimulationRunner::~SimulationRunner() {
 
 void SimulationRunner::run() {
   Progress progress({}, &cancelled_);
-  const auto fail = [&](const Error& error) {
-    if (error.code() == ErrorCode::cancelled) return;
-    feed_->fail(encode_error(error));
-    {
-      std::lock_guard lock(mutex_);
-      view_.failure = error;
-      set_state(RunState::failed);
-    }
-    feed_->end("failed");
-  };
   try {
     prepare(progress);
     run_frames(progress);
-  } catch (const Error& error) {
-    fail(error);
-  } catch (const std::bad_alloc&) {
-    fail(Error(ErrorCode::over_budget, "the simulation does not fit into memory", "use fewer cells"));
-  } catch (const std::exception& exception) {
-    fail(Error(ErrorCode::internal, exception.what()));
+  } catch (const std::exception&) {
+    retry_allocation([&] { fail(current_error()); });
   }
+}
+
+void SimulationRunner::fail(const Error& error) {
+  if (error.code() == ErrorCode::cancelled) return;
+  feed_->fail(encode_error(error));
+  {
+    std::lock_guard lock(mutex_);
+    view_.failure = error;
+    set_state(RunState::failed);
+  }
+  feed_->end("failed");
 }
 
 void SimulationRunner::prepare(Progress& progress) {
@@ -124,6 +124,7 @@ bool SimulationRunner::wait_for_turn(std::unique_lock<std::mutex>& lock, Clock::
     set_state(simulation_->finished() ? RunState::finished
               : want_play_            ? RunState::playing
                                       : RunState::paused);
+    if (std::exchange(view_.taken, requests_) != requests_) feed_->notify();
     if (!plays())
       wake_.wait(lock);
     else if (view_.fast || Clock::now() >= due)

@@ -71,6 +71,7 @@ class SimulationRunner {
   using Clock = std::chrono::steady_clock;
   void run();
   void prepare(Progress& progress);
+  void fail(const Error& error);
   void run_frames(Progress& progress);
   bool wait_for_turn(std::unique_lock<std::mutex>& lock, Clock::time_point due);
   bool plays() const;
