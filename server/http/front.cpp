@@ -9,6 +9,8 @@
 #include <new>
 #include <ranges>
 
+#include "server/job_queue/retry_allocation.h"
+
 namespace isochor {
 namespace {
 
@@ -67,45 +69,53 @@ bool Front::draining() const {
   });
 }
 
+/// One connection's trouble, memory included, is its own end and nobody else's.
+template <class Use>
+void Front::with(Entry& entry, const Use& use) try {
+  use(*entry.connection);
+  update(entry);
+} catch (const std::exception&) {
+  entry.connection->close();
+}
+
 void Front::turn() {
   std::array<epoll_event, 256> events;
   const int count = epoll_wait(epoll_, events.data(), events.size(), static_cast<int>(tick.count()));
   const auto now = Clock::now();
   bool woken = false;
   for (int i = 0; i < count; ++i) {
-    const std::uint64_t id = events[static_cast<std::size_t>(i)].data.u64;
-    if (id == listener_id) {
+    const epoll_event& event = events[static_cast<std::size_t>(i)];
+    if (event.data.u64 == listener_id)
       accept_all(now);
-    } else if (id == waker_id) {
+    else if (event.data.u64 == waker_id)
       woken = true;
-    } else if (const auto found = entries_.find(id); found != entries_.end()) {
-      handle(found->second, events[static_cast<std::size_t>(i)].events, now);
-    }
+    else if (const auto found = entries_.find(event.data.u64); found != entries_.end())
+      handle(found->second, event.events, now);
   }
   if (woken) {
     waker_->clear();
     take_answers(now);
-    for (auto& [id, entry] : entries_) {
-      entry.connection->on_wake(now);
-      update(entry);
-    }
+    for (auto& [id, entry] : entries_) with(entry, [&](Connection& connection) { connection.on_wake(now); });
   }
   if (woken || now - last_tick_ >= tick) sweep(now);
 }
 
-void Front::accept_all(Clock::time_point now) {
+void Front::accept_all(Clock::time_point now) try {
   for (;;) {
     const int socket = accept4(listener_.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (socket < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM))
       make_room();
     if (socket < 0) return;
     if (entries_.size() >= limits_.connections) make_room();
-    Entry entry{std::make_unique<Connection>(socket, next_id_++, limits_.connection, now), EPOLLIN};
-    const std::uint64_t id = entry.connection->id();
+    const std::uint64_t id = next_id_++;
+    Entry& entry = entries_[id];
+    entry.connection = std::make_unique<Connection>(socket, id, limits_.connection, now);
+    entry.interest = EPOLLIN;
     watch(epoll_, EPOLL_CTL_ADD, socket, EPOLLIN, id);
-    auto& added = entries_.emplace(id, std::move(entry)).first->second;
-    handle(added, EPOLLIN, now);
+    handle(entry, EPOLLIN, now);
   }
+} catch (const std::bad_alloc&) {
+  // No memory for one more: it waits, or its peer goes away.
 }
 
 /// Ids grow with time: the first that has not finished its request is the oldest of the slow ones.
@@ -119,14 +129,12 @@ void Front::make_room() {
   if (oldest != entries_.end()) entries_.erase(oldest);
 }
 
-void Front::handle(Entry& entry, std::uint32_t events, Clock::time_point now) try {
-  Connection& connection = *entry.connection;
-  if ((events & EPOLLIN) != 0 && connection.on_readable(service_, now)) dispatch(connection, now);
-  if ((events & EPOLLOUT) != 0 && !connection.closed()) connection.on_writable(now);
-  if ((events & (EPOLLERR | EPOLLHUP)) != 0) connection.close();
-  update(entry);
-} catch (const std::bad_alloc&) {
-  entry.connection->close();
+void Front::handle(Entry& entry, std::uint32_t events, Clock::time_point now) {
+  with(entry, [&](Connection& connection) {
+    if ((events & EPOLLIN) != 0 && connection.on_readable(service_, now)) dispatch(connection, now);
+    if ((events & EPOLLOUT) != 0 && !connection.closed()) connection.on_writable(now);
+    if ((events & (EPOLLERR | EPOLLHUP)) != 0) connection.close();
+  });
 }
 
 void Front::dispatch(Connection& connection, Clock::time_point now) {
@@ -135,7 +143,8 @@ void Front::dispatch(Connection& connection, Clock::time_point now) {
   const bool queued = workers_.submit(
       [admission, id = connection.id(), answers = answers_, waker = waker_, &service = service_] {
         Response response = service.answer(*admission);
-        answers->ready.with([&](auto& ready) { ready.emplace_back(id, std::move(response)); });
+        retry_allocation(
+            [&] { answers->ready.with([&](auto& ready) { ready.emplace_back(id, std::move(response)); }); });
         waker->wake();
       });
   if (!queued)
@@ -147,7 +156,7 @@ void Front::take_answers(Clock::time_point now) {
   auto ready = answers_->ready.with([](auto& waiting) { return std::exchange(waiting, {}); });
   for (auto& [id, response] : ready)
     if (const auto found = entries_.find(id); found != entries_.end())
-      found->second.connection->respond(std::move(response), now);
+      with(found->second, [&](Connection& connection) { connection.respond(std::move(response), now); });
 }
 
 void Front::update(Entry& entry) {
@@ -166,13 +175,14 @@ void Front::sweep(Clock::time_point now) {
   std::size_t heads = 0, bodies = 0;
   for (auto& [id, entry] : std::views::reverse(entries_)) {
     Connection& connection = *entry.connection;
-    connection.on_tick(now);
-    update(entry);
+    with(entry, [&](Connection& ticking) { ticking.on_tick(now); });
     heads += connection.buffered_head();
     bodies += connection.declared_body();
     if (heads > limits_.buffered_heads || bodies > limits_.declared_bodies) connection.close();  // the oldest
   }
-  std::erase_if(entries_, [](const auto& entry) { return entry.second.connection->closed(); });
+  std::erase_if(entries_, [](const auto& entry) {
+    return !entry.second.connection || entry.second.connection->closed();
+  });
 }
 
 }  // namespace isochor

@@ -42,6 +42,8 @@ class Front {
   };
   using Entries = std::map<std::uint64_t, Entry>;
 
+  template <class Use>
+  void with(Entry& entry, const Use& use);
   void turn();
   void accept_all(Clock::time_point now);
   void make_room();

@@ -59,10 +59,11 @@ std::string lower(std::string text) {
 /// Declares the body without giving it: the bytes are sent by the front, which shares them between readers.
 void declare_body(const Response& from, httplib::Response& to) {
   const auto nothing = [](auto&&...) { return false; };
+  const std::string type = from.content_type.empty() ? "application/json" : from.content_type;
   if (from.stream)
-    to.set_chunked_content_provider(from.content_type, nothing);
+    to.set_chunked_content_provider(type, nothing);
   else if (from.body && !from.body->empty())
-    to.set_content_provider(from.body->size(), from.content_type, nothing);
+    to.set_content_provider(from.body->size(), type, nothing);
 }
 
 }  // namespace

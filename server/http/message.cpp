@@ -36,7 +36,6 @@ Response Response::json(std::string text, int status) {
 Response Response::empty(int status) {
   Response response;
   response.status = status;
-  response.content_type.clear();
   return response;
 }
 

@@ -40,7 +40,7 @@ struct PendingAnswer {
 
 struct Response {
   int status = 200;
-  std::string content_type = "application/json";
+  std::string content_type;  ///< empty: application/json where there is a body
   Fields headers;
   SharedBytes body;                    ///< shared by all who ask for the same; may be null
   std::shared_ptr<ByteSource> stream;  ///< instead of a body: an endless one, chunked

@@ -20,7 +20,7 @@ class Server {
   int port() const { return listener_.port(); }
   std::string url() const;
   const std::string& token() const { return token_; }
-  Api& api() { return api_; }
+  const std::vector<Route>& routes() const { return service_.routes(); }
 
   void run();   ///< until stop()
   void stop();  ///< from any thread; streams get their last line

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "server/http/http_library.h"
+#include "server/messages/request_messages.h"
 #include "server/problem.h"
 #include "server/store/catalog.h"
 
@@ -51,19 +52,27 @@ Refusal missing_refusal(const Missing& missing) {
 
 /// What handlers throw becomes a problem document.
 template <class Produce>
-std::optional<Response> catching(const Produce& produce) try {
+std::optional<Response> with_problems(const Produce& produce) try {
   return produce();
 } catch (const RefusalException& exception) {
   return problem_response(exception.refusal);
 } catch (const Missing& missing) {
   return problem_response(missing_refusal(missing));
-} catch (const Error& error) {
-  return problem_response(error);
+} catch (const SyntaxError& error) {
+  return problem_response(Refusal{400, "syntax", error.what(), error.hint()});
 } catch (const std::bad_alloc&) {
   return problem_response(Refusal{503, "out_of_memory", "the server is out of memory",
                                   "delete models or simulations, or ask for a smaller one"});
-} catch (const std::exception& exception) {
-  return problem_response(Error(ErrorCode::internal, exception.what()));
+} catch (const std::exception&) {
+  return problem_response(current_error());
+}
+
+/// The last resort needs no memory.
+template <class Produce>
+std::optional<Response> catching(const Produce& produce) try {
+  return with_problems(produce);
+} catch (const std::bad_alloc&) {
+  return Response::empty(503);
 }
 
 }  // namespace

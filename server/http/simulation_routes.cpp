@@ -54,7 +54,7 @@ Response post_simulation(Api& api, const Request& request) {
     return compile(resolved, progress);
   };
   const auto runner = api.simulations.create(build, options);
-  return when(runner, 201, wait_ms, [](const RunView& view) { return !view.plan.empty(); });
+  return when(runner, 201, wait_ms, [](const RunView& view) { return view.state != RunState::preparing; });
 }
 
 std::shared_ptr<SimulationRunner> find_runner(Api& api, const Request& request) {

@@ -24,8 +24,7 @@ void check_depth(std::string_view text) {
       in_string = true;
     } else if (c == '[' || c == '{') {
       if (++depth > max_depth)
-        throw Error(ErrorCode::cannot_read,
-                    fmt::format("the JSON is nested deeper than {} levels", max_depth));
+        throw SyntaxError(fmt::format("the JSON is nested deeper than {} levels", max_depth));
     } else if (c == ']' || c == '}') {
       --depth;
     }
@@ -103,8 +102,7 @@ Json parse_json(std::string_view text) {
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {
-    throw Error(ErrorCode::cannot_read, fmt::format("the JSON is malformed at byte {}", error.byte),
-                "send one JSON document");
+    throw SyntaxError(fmt::format("the JSON is malformed at byte {}", error.byte));
   }
 }
 

@@ -11,8 +11,15 @@
 
 namespace isochor {
 
-/// JSON bodies become native types at once. All of these throw cannot_read for a syntax error, and
-/// invalid_argument that lists every faulty or unknown field by its pointer.
+/// JSON bodies become native types at once. All of these throw SyntaxError, and invalid_argument that lists
+/// every faulty or unknown field by its pointer.
+
+/// Not JSON at all, where invalid_argument is JSON with faults in it.
+class SyntaxError : public Error {
+ public:
+  explicit SyntaxError(const std::string& what)
+      : Error(ErrorCode::cannot_read, what, "send one JSON document") {}
+};
 
 /// A document whose depth is bounded before a tree is built.
 Json parse_json(std::string_view text);

@@ -1,0 +1,221 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include "tests/support/running_server.h"
+#include "tests/support/typed_array.h"
+
+namespace isochor {
+namespace {
+
+using nlohmann::json;
+using test::HttpResponse;
+
+class Resources : public testing::Test {
+ protected:
+  std::string upload(const std::string& sample) {
+    return client_.send("POST", "/api/v1/meshes?sample=" + sample).json()["id"];
+  }
+  json make_model(const std::string& mesh_id, const json& params) {
+    const json job =
+        client_.send_json("POST", "/api/v1/models?wait_ms=10000", {{"mesh_id", mesh_id}, {"params", params}})
+            .json();
+    EXPECT_EQ(job["status"], "done") << job;
+    return job["result"];
+  }
+  const json coarse_ = {{"voxels", 32}, {"cells", 8}};
+  test::RunningServer running_;
+  test::HttpClient client_ = running_.client();
+};
+
+TEST_F(Resources, AMeshIsKnownByItsContent) {
+  std::ifstream file(ISOCHOR_SAMPLES "/meshes/cube.obj");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const HttpResponse first = client_.send("POST", "/api/v1/meshes?name=cube.obj", text);
+  EXPECT_EQ(first.status, 201);
+  const std::string id = first.json()["id"];
+  EXPECT_EQ(first.header("location"), "/api/v1/meshes/" + id);
+  EXPECT_EQ(client_.send("PUT", "/api/v1/meshes/other.obj", text).status, 200);
+  EXPECT_EQ(client_.send("POST", "/api/v1/meshes?sample=cube").json()["id"], id);
+  const json report = client_.get("/api/v1/meshes/" + id + "/report").json();
+  EXPECT_EQ(report["closed"], true);
+  EXPECT_NEAR(report["volume"].get<double>(), 1.0, 1e-12);
+  const json geometry = client_.get("/api/v1/meshes/" + id + "/geometry").json();
+  EXPECT_EQ(test::decode_typed_array<std::uint32_t>(geometry["triangles"]).size(),
+            3 * report["triangles"].get<std::size_t>());
+}
+
+TEST_F(Resources, BadMeshesAreNamedProblems) {
+  const auto code = [&](const std::string& query, const std::string& body) {
+    const HttpResponse response = client_.send("POST", "/api/v1/meshes" + query, body);
+    return std::to_string(response.status) + " " + response.json()["code"].get<std::string>();
+  };
+  EXPECT_EQ(code("?name=a.obj", "v 0 0 0\nf 1 2 9\n"), "422 cannot_read");
+  EXPECT_EQ(code("?name=a.obj", "v 0 0 nan\n"), "422 cannot_read");
+  EXPECT_EQ(code("?name=a.obj", ""), "422 empty_result");
+  EXPECT_EQ(code("?name=a.xyz", "whatever"), "415 unsupported_format");
+  EXPECT_EQ(code("", "whatever"), "415 unsupported_format");
+  EXPECT_EQ(code("?sample=nothing", ""), "404 not_found");
+}
+
+TEST_F(Resources, AModelIsWhatItsPartsSay) {
+  const json result = make_model(upload("cube"), coarse_);
+  const std::string path = "/api/v1/models/" + result["model_id"].get<std::string>();
+  const HttpResponse response = client_.get(path);
+  EXPECT_EQ(client_.get(path, {{"If-None-Match", response.header("etag")}}).status, 304);
+  const json model = response.json();
+  EXPECT_EQ(model["params"]["voxels"], 32);
+  std::vector<std::string> stages;
+  for (const json& stage : model["stages"]) stages.push_back(stage["name"]);
+  EXPECT_EQ(stages, (std::vector<std::string>{"distance_field", "pseudo_volume", "lattice", "tetrahedra",
+                                              "smoothing", "embedding"}));
+
+  const json tets = client_.get(path + "/tets").json();
+  const auto positions = test::decode_typed_array<float>(tets["positions"]);
+  const auto indices = test::decode_typed_array<std::uint32_t>(tets["tets"]);
+  ASSERT_EQ(indices.size(), 4 * model["tets"].get<std::size_t>());
+  double volume = 0.0;
+  for (std::size_t t = 0; t < indices.size(); t += 4) {
+    const auto at = [&](std::size_t corner) {
+      const float* p = &positions[3 * indices[t + corner]];
+      return Vec3(p[0], p[1], p[2]);
+    };
+    volume += tet_volume(at(0), at(1), at(2), at(3));
+  }
+  EXPECT_NEAR(volume, model["volume"].get<double>(), 1e-5);
+  const json quality = client_.get(path + "/quality").json();
+  const auto angles = test::decode_typed_array<float>(quality["min_dihedral_deg"]);
+  EXPECT_NEAR(*std::min_element(angles.begin(), angles.end()), model["min_dihedral_deg"].get<double>(), 1e-3);
+  const json embedding = client_.get(path + "/embedding").json();
+  for (const std::int32_t tet : test::decode_typed_array<std::int32_t>(embedding["tet"]))
+    EXPECT_LT(static_cast<std::size_t>(tet), indices.size() / 4);
+}
+
+TEST_F(Resources, VoxelsAndRaysTellTheSame) {
+  const json result = make_model(upload("cube"), coarse_);
+  const std::string path = "/api/v1/models/" + result["model_id"].get<std::string>();
+  const json all = client_.get(path + "/voxels?shell=false").json(),
+             shell = client_.get(path + "/voxels").json();
+  const auto inside = test::decode_typed_array<std::uint32_t>(all["index"]);
+  EXPECT_EQ(inside.size(), all["inside_count"].get<std::size_t>());
+  const auto outer = test::decode_typed_array<std::uint32_t>(shell["index"]);
+  EXPECT_TRUE(std::includes(inside.begin(), inside.end(), outer.begin(), outer.end()));
+  EXPECT_LT(outer.size(), inside.size());
+
+  const json ray = client_.get(path + "/ray?point=0.01,0.01,0.01&direction=1,0,0").json();
+  const auto flags = test::decode_typed_array<std::uint8_t>(ray["inside"]);
+  ASSERT_EQ(flags.size(), all["grid"]["size"][0].get<std::size_t>());
+  const auto positions = test::decode_typed_array<float>(ray["positions"]);
+  const std::size_t picked = ray["picked"];
+  EXPECT_NEAR(positions[3 * picked], 0.01, all["grid"]["spacing"].get<double>());
+  EXPECT_EQ(client_.get(path + "/ray?point=99,0,0&direction=1,0,0").status, 422);
+  EXPECT_EQ(client_.get(path + "/ray?point=0,0,0&direction=0,0,0").status, 422);
+  EXPECT_EQ(client_.get(path + "/ray?point=0,0&direction=1,0,0").status, 422);
+}
+
+TEST_F(Resources, TheSameRequestIsTheSameModelAndWhatStaysIsReused) {
+  const std::string mesh = upload("cube");
+  const json first = make_model(mesh, coarse_), again = make_model(mesh, coarse_);
+  EXPECT_EQ(first["model_id"], again["model_id"]);
+  json params = coarse_;
+  params["density"] = 0.4;
+  const json other = make_model(mesh, params);
+  EXPECT_NE(first["model_id"], other["model_id"]);
+  EXPECT_EQ(other["model"]["stages"][0]["reused"], true);
+  EXPECT_EQ(other["model"]["stages"][1]["reused"], true);
+  EXPECT_EQ(other["model"]["stages"][2]["reused"], false);
+}
+
+TEST_F(Resources, FaultyParametersAreListedWithTheirRanges) {
+  const HttpResponse response =
+      client_.send_json("POST", "/api/v1/models",
+                        {{"mesh_id", upload("cube")},
+                         {"params", {{"voxels", 1e9}, {"cells", -1}, {"colour", "red"}}},
+                         {"extra", 1}});
+  EXPECT_EQ(response.status, 422);
+  std::set<std::string> pointers;
+  const json problem = response.json();
+  for (const json& error : problem["errors"]) pointers.insert(error["pointer"]);
+  for (const char* expected : {"/params/voxels", "/params/cells", "/params/colour", "/extra"})
+    EXPECT_TRUE(pointers.contains(expected)) << expected << response.body;
+  EXPECT_EQ(client_.send_json("POST", "/api/v1/models", json::object()).json()["errors"][0]["pointer"],
+            "/mesh_id");
+  EXPECT_EQ(client_.send_json("POST", "/api/v1/models", {{"mesh_id", "m0"}}).status, 404);
+}
+
+TEST_F(Resources, MalformedJsonIsNamed) {
+  const auto post = [&](const std::string& body) {
+    return client_.send("POST", "/api/v1/models", body, {{"Content-Type", "application/json"}});
+  };
+  EXPECT_EQ(post("{").status, 400);
+  EXPECT_EQ(post("").status, 400);
+  EXPECT_EQ(post("[]").status, 422);
+  EXPECT_EQ(post(std::string(100000, '[')).status, 400);
+  EXPECT_EQ(post("{\"mesh_id\":" + std::string(100000, '[') + std::string(100000, ']') + "}").status, 400);
+  EXPECT_EQ(post("{\"mesh_id\":\"\xff\"}").status, 400);
+}
+
+TEST_F(Resources, AnEstimateCostsNothing) {
+  const HttpResponse response = client_.send_json(
+      "POST", "/api/v1/models", {{"mesh_id", upload("cube")}, {"params", coarse_}, {"dry_run", true}});
+  EXPECT_EQ(response.status, 200);
+  EXPECT_GT(response.json()["estimate"]["bytes"].get<double>(), 0.0);
+}
+
+TEST_F(Resources, ExportsAreFilesWithNames) {
+  const json result = make_model(upload("cube"), coarse_);
+  const std::string path = "/api/v1/models/" + result["model_id"].get<std::string>() + "/exports/";
+  const HttpResponse msh = client_.get(path + "msh2");
+  EXPECT_EQ(msh.header("content-disposition"), "attachment; filename=\"cube.msh\"");
+  EXPECT_EQ(msh.body.find("$MeshFormat"), 0U);
+  EXPECT_EQ(client_.get(path + "msh2").body, msh.body);
+  const HttpResponse archive = client_.get(path + "tetgen");
+  EXPECT_EQ(archive.header("content-type"), "application/x-tar");
+  EXPECT_EQ(archive.body.substr(257, 5), "ustar");
+  EXPECT_NE(archive.body.find(client_.get(path + "tetgen?file=.node").body), std::string::npos);
+  EXPECT_EQ(client_.get(path + "tetgen?file=.exe").status, 404);
+  EXPECT_EQ(client_.get(path + "nothing").status, 415);
+}
+
+TEST_F(Resources, WhatWasDeletedIsGone) {
+  const json result = make_model(upload("cube"), coarse_);
+  const std::string model = "/api/v1/models/" + result["model_id"].get<std::string>();
+  EXPECT_EQ(client_.send("DELETE", model).status, 204);
+  EXPECT_EQ(client_.get(model).status, 410);
+  EXPECT_EQ(client_.send("DELETE", model).status, 410);
+  EXPECT_EQ(client_.get("/api/v1/models/dffff").status, 404);
+  EXPECT_EQ(client_.get("/api/v1/jobs/j999").status, 404);
+}
+
+TEST_F(Resources, TheTableDescribesItself) {
+  const json document = client_.get("/api/v1/openapi.json").json();
+  std::size_t operations = 0;
+  for (const auto& [path, methods] : document["paths"].items()) operations += methods.size();
+  EXPECT_EQ(operations, running_.server().routes().size());
+  for (const Route& route : running_.server().routes())
+    EXPECT_TRUE(document["paths"].contains(std::string(route.pattern))) << route.pattern;
+  EXPECT_NE(client_.get("/api/v1/docs").body.find("/api/v1/simulations/{id}/frames"), std::string::npos);
+  for (const std::string path :
+       {"/api/v1/parameters", "/api/v1/formats", "/api/v1/version", "/api/v1/samples", "/api/v1/meshes",
+        "/api/v1/models", "/api/v1/jobs", "/api/v1/simulations"})
+    EXPECT_EQ(client_.get(path).status, 200) << path;
+  const HttpResponse wrong = client_.send("PATCH", "/api/v1/models");
+  EXPECT_EQ(wrong.status, 405);
+  EXPECT_EQ(wrong.header("allow"), "GET, HEAD, POST");
+  EXPECT_EQ(client_.send("HEAD", "/api/v1/health").body, "");
+}
+
+TEST_F(Resources, AssetsAreCompressedOnceAndTagged) {
+  const HttpResponse plain = client_.get("/main.js"),
+                     small = client_.get("/main.js", {{"Accept-Encoding", "gzip, br"}});
+  EXPECT_EQ(small.header("content-encoding"), "gzip");
+  EXPECT_EQ(small.body.substr(0, 2), "\x1f\x8b");
+  EXPECT_LT(small.body.size(), plain.body.size());
+  EXPECT_EQ(client_.get("/main.js", {{"If-None-Match", plain.header("etag")}}).status, 304);
+  EXPECT_EQ(plain.header("content-type"), "text/javascript; charset=utf-8");
+}
+
+}  // namespace
+}  // namespace isochor
