@@ -12,6 +12,35 @@ std::vector<T> axis(const std::vector<T>& values, T fallback) {
   return values.empty() ? std::vector<T>{fallback} : values;
 }
 
+MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshReport& input,
+                     const MeshingOptions& options, int repeats, const Progress& progress) {
+  Progress quiet = progress.with_sink({});
+  MeshingPoint point;
+  point.options = options;
+  std::vector<double> ms;
+  try {
+    for (int repeat = 0; repeat < std::max(1, repeats); ++repeat) {
+      AuthoringPipeline pipeline(soup);
+      const auto begin = std::chrono::steady_clock::now();
+      const auto model = pipeline.run(options, quiet);
+      ms.push_back(
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+      point.quality = model->quality;
+      point.tets = static_cast<std::int64_t>(model->mesh().tets.size());
+      point.cells = static_cast<std::int64_t>(model->mesh().cells.size());
+      if (input.closed && input.volume != 0.0)
+        point.volume_error = (model->quality.volume - std::abs(input.volume)) / std::abs(input.volume);
+    }
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::cancelled) throw;
+    point.problem = error.what();
+  }
+  point.ms = spread_of(ms);
+  return point;
+}
+
+}  // namespace
+
 std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
   const MeshingOptions& base = report.base;
   const double subs_over_in = base.pseudo_volume.p_subs_voxels / base.pseudo_volume.p_in_voxels;
@@ -31,34 +60,6 @@ std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
   return grid;
 }
 
-MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshReport& input,
-                     const MeshingOptions& options, int repeats, Progress& progress) {
-  MeshingPoint point;
-  point.options = options;
-  std::vector<double> ms;
-  try {
-    for (int repeat = 0; repeat < std::max(1, repeats); ++repeat) {
-      AuthoringPipeline pipeline(soup);
-      const auto begin = std::chrono::steady_clock::now();
-      const auto model = pipeline.run(options, progress);
-      ms.push_back(
-          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
-      point.quality = model->quality;
-      point.tets = static_cast<std::int64_t>(model->mesh().tets.size());
-      point.cells = static_cast<std::int64_t>(model->mesh().cells.size());
-      if (input.closed && input.volume != 0.0)
-        point.volume_error = (model->quality.volume - std::abs(input.volume)) / std::abs(input.volume);
-    }
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::cancelled) throw;
-    point.problem = error.what();
-  }
-  point.ms = spread_of(ms);
-  return point;
-}
-
-}  // namespace
-
 MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const MeshingReportOptions& options,
                              Progress& progress) {
   const std::vector<MeshingOptions> grid = meshing_grid(options);
@@ -66,6 +67,9 @@ MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const Mes
   MeshingReport report;
   try {
     for (const MeshingOptions& settings : grid) {
+      const std::string phase =
+          "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
+      progress.report(phase, static_cast<double>(report.points.size()) / static_cast<double>(grid.size()));
       const auto known = std::ranges::find(options.done, settings, &MeshingPoint::options);
       report.points.push_back(
           known != options.done.end() ? *known : measure(soup, input, settings, options.repeats, progress));
@@ -76,6 +80,15 @@ MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const Mes
     report.complete = false;
   }
   return report;
+}
+
+const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms) {
+  const MeshingPoint* best = nullptr;
+  for (const MeshingPoint& point : report.points)
+    if (point.problem.empty() && point.ms.median <= budget_ms &&
+        (!best || point.quality.boundary_to_input < best->quality.boundary_to_input))
+      best = &point;
+  return best;
 }
 
 // The number of tets grows with the resolution but not monotonically (a finer lattice may lose a thin part),

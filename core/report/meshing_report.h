@@ -16,6 +16,9 @@ struct MeshingAxes {
   std::vector<double> p_in_voxels;
 };
 
+/// What is compared when nobody says otherwise.
+inline const MeshingAxes usual_meshing_axes{{64, 128}, {12, 24, 48}, {0, 2}, {1.0}};
+
 struct MeshingPoint {
   MeshingOptions options;
   std::string problem;  ///< why there is no model; empty when there is one
@@ -38,8 +41,14 @@ struct MeshingReportOptions {
   std::function<void(const MeshingReport&)> on_point;
 };
 
+/// The settings of every point.
+std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& options);
+
 MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const MeshingReportOptions& options,
                              Progress& progress);
+
+/// The point whose boundary comes closest to the input, of those made within the budget.
+const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms);
 
 /// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base. Throws
 /// empty_result when no resolution gives a model.

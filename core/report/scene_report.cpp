@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/report/material_points.h"
@@ -136,19 +137,30 @@ struct Study {
   const Scene& scene;
   const SceneReportOptions& options;
   Progress& progress;
-  MaterialPoints points;
-  Run reference;
-  Scales scales;
+  MaterialPoints points = {};
+  Run reference = {};
+  Scales scales = {};
+  double work_done = 0.0, work = 1.0;  ///< as expected_work counts it
+
+  std::unique_ptr<Simulation> build(const SceneSettings& settings) const {
+    Progress quiet = progress.with_sink({});
+    const Scene changed = apply_settings(scene, settings);
+    return options.build ? options.build(changed, quiet) : compile(changed, quiet);
+  }
 };
+
+/// Of one run, relative: substeps times cells. Automatic substeps count as one.
+double expected_work(const SceneSettings& settings) {
+  return std::max(1, settings.substeps) * std::pow(settings.resolution, 3);
+}
 
 constexpr int reference_index = -1;
 constexpr double slow_run_seconds = 10.0;
 
 Run measured_run(Study& study, const SceneSettings& settings, int index, bool recorded,
                  const std::string& phase) {
-  Progress quiet;
   const SceneReportOptions& options = study.options;
-  const auto simulation = compile(apply_settings(study.scene, settings), quiet);
+  const auto simulation = study.build(settings);
   if (study.points.bodies.empty()) {
     study.points = choose_material_points(simulation->topology(), options.material_points);
     study.scales = scene_scales(*simulation);
@@ -157,8 +169,12 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, bool re
   FrameSink sink;
   if (recorded && options.on_frame)
     sink = [&, index](const Snapshot& frame) { options.on_frame(index, frame); };
-  return run_scene(*simulation, study.points, sink, study.progress,
-                   [&](double fraction) { study.progress.report(phase, fraction); });
+  const double work = expected_work(settings);
+  Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double fraction) {
+    study.progress.report(phase, (study.work_done + work * fraction) / study.work);
+  });
+  study.work_done += work;
+  return run;
 }
 
 SceneSettings reference_settings(Study& study, const std::vector<SceneSettings>& grid) {
@@ -171,9 +187,7 @@ SceneSettings reference_settings(Study& study, const std::vector<SceneSettings>&
     substeps = std::max(substeps, settings.substeps);
   }
   if (substeps == 0) {  // all automatic: see what stability asks for
-    Progress quiet;
-    const auto probe = compile(apply_settings(study.scene, reference), quiet);
-    substeps = std::max(1, probe->step(quiet).metrics.substeps);
+    substeps = std::max(1, study.build(reference)->step(study.progress).metrics.substeps);
   }
   reference.substeps = substeps * study.options.reference_refinement;
   reference.springs = SpringIntegrator::automatic;
@@ -184,6 +198,7 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
   ScenePoint point;
   point.settings = settings;
   std::vector<double> medians, seconds;
+  const double work_after = study.work_done + std::max(1, study.options.repeats) * expected_work(settings);
   try {
     for (int repeat = 0; repeat < std::max(1, study.options.repeats); ++repeat) {
       const Run run = measured_run(study, settings, index, repeat == 0, phase);
@@ -204,6 +219,7 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
     point.outcome = Outcome::failed;
     point.reason = error.what();
   }
+  study.work_done = work_after;  // also where repeats were left out
   point.ms_per_step = spread_of(medians);
   point.seconds = spread_of(seconds).median;
   return point;
@@ -227,9 +243,13 @@ void refine(SceneBody& body, double resolution) {
     throw Error(ErrorCode::invalid_argument,
                 "body \"" + body.name + "\" gives its springs in N/m, which do not follow the resolution",
                 "give edge_modulus and diagonal_modulus in Pa");
-  if (auto* mesh = std::get_if<MeshShape>(&deformable->shape))
-    mesh->meshing.lattice.cells =
-        std::max(2, static_cast<int>(std::lround(mesh->meshing.lattice.cells * resolution)));
+  auto* mesh = std::get_if<MeshShape>(&deformable->shape);
+  if (!mesh)
+    throw Error(ErrorCode::invalid_argument,
+                "the model of body \"" + body.name + "\" is finished: its cells do not follow the resolution",
+                "name the mesh that it was made of");
+  mesh->meshing.lattice.cells =
+      std::max(2, static_cast<int>(std::lround(mesh->meshing.lattice.cells * resolution)));
 }
 
 }  // namespace
@@ -255,22 +275,42 @@ Scene apply_settings(const Scene& scene, const SceneSettings& settings) {
   return changed;
 }
 
-SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress) {
+void check_scene_report(const Scene& scene, const SceneReportOptions& options, std::int64_t max_bytes) {
   if (!scene.duration)
     throw Error(ErrorCode::invalid_argument, "a report needs a scene that ends", "give it a duration",
                 {{"/duration", "is null", 0.0, std::nullopt}});
+  const double frames = *scene.duration * scene.frame_rate + 1.0;
+  const double frame_bytes =
+      sizeof(Metrics) + static_cast<double>(scene.bodies.size()) * options.material_points * sizeof(Vec3);
+  if (2.0 * frames * frame_bytes > static_cast<double>(max_bytes))
+    throw Error(ErrorCode::over_budget,
+                "a report of " + std::to_string(static_cast<std::int64_t>(frames)) + " frames is too long",
+                "shorten its duration, or lower its frame_rate",
+                {{"/duration", "is too long", 0.0,
+                  0.5 * static_cast<double>(max_bytes) / frame_bytes / scene.frame_rate}});
+}
+
+SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress) {
+  check_scene_report(scene, options, std::numeric_limits<std::int64_t>::max());
   const std::vector<SceneSettings> grid = scene_grid(scene, options.axes);
-  Study study{scene, options, progress, {}, {}, {}};
+  Study study{scene, options, progress};
   SceneReport report{scene.name, {}, 0.0, {}, true};
+  const auto known = [&](const SceneSettings& settings) {
+    return std::ranges::find(options.done, settings, &ScenePoint::settings);
+  };
   try {
     report.reference = reference_settings(study, grid);
+    study.work = expected_work(report.reference);
+    for (const SceneSettings& settings : grid)
+      if (known(settings) == options.done.end())
+        study.work += std::max(1, options.repeats) * expected_work(settings);
     study.reference = measured_run(study, report.reference, reference_index, true, "reference");
     report.reference_seconds = study.reference.seconds();
     for (std::size_t i = 0; i < grid.size(); ++i) {
-      const auto known = std::ranges::find(options.done, grid[i], &ScenePoint::settings);
+      const auto earlier = known(grid[i]);
       const std::string phase = "point " + std::to_string(i + 1) + " of " + std::to_string(grid.size());
       report.points.push_back(
-          known != options.done.end() ? *known : run_point(study, grid[i], static_cast<int>(i), phase));
+          earlier != options.done.end() ? *earlier : run_point(study, grid[i], static_cast<int>(i), phase));
       if (options.on_point) options.on_point(report);
     }
   } catch (const Error& error) {

@@ -1,5 +1,7 @@
 #pragma once
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -33,6 +35,9 @@ struct SceneAxes {
   std::vector<double> tolerances;
   std::vector<double> resolutions;
 };
+/// What is compared when nobody says otherwise.
+inline const SceneAxes usual_scene_axes{
+    {VolumeSolver::newton, VolumeSolver::gradient, VolumeSolver::scaling}, {}, {1, 2, 4, 8}, {}, {}};
 std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes);
 
 /// The scene with these settings. A lattice body's cell_size is divided as its cells are multiplied, its
@@ -92,6 +97,8 @@ struct SceneReportOptions {
   int reference_refinement = 16;  ///< substeps of the reference over the largest of the grid
   double reference_tolerance = 1e-10;
   int material_points = 256;  ///< followed a body
+  /// Makes the simulation of one point; empty: scene/compile.
+  std::function<std::unique_ptr<Simulation>(const Scene&, Progress&)> build;
   /// Points of an earlier run are taken over instead of being run again.
   std::vector<ScenePoint> done;
   /// Called after each point, so that a caller can keep what is done.
@@ -102,7 +109,12 @@ struct SceneReportOptions {
   std::function<void(int point, const Snapshot&)> on_frame;
 };
 
+/// Before anything runs: throws invalid_argument when the scene has no end, over_budget when the material
+/// points of the reference and of a run, frame by frame, would take more than max_bytes.
+void check_scene_report(const Scene& scene, const SceneReportOptions& options, std::int64_t max_bytes);
+
 /// Runs the grid against a reference at a far smaller step. Cancelling keeps what is done (complete = false).
+/// Progress is that of the whole, by the substeps and cells to come.
 SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress);
 
 /// An order of convergence fitted over one axis, all other settings equal.

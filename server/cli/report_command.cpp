@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <map>
 
 #include "core/export/atomic_file.h"
 #include "core/report/meshing_report.h"
@@ -25,36 +24,13 @@ namespace fs = std::filesystem;
 struct ReportCommand {
   std::vector<std::string> inputs;
   std::string output;
-  std::vector<std::string> solvers{"newton", "gradient", "scaling"}, springs;
-  SceneAxes axes{{}, {}, {1, 2, 4, 8}, {}, {}};
-  MeshingAxes meshing{{64, 128}, {12, 24, 48}, {0, 2}, {1.0}};
+  std::vector<std::string> solvers, springs;
+  SceneAxes axes = usual_scene_axes;
+  MeshingAxes meshing = usual_meshing_axes;
   int repeats = 3, refinement = 16;
   double budget_ms = 0.0;
   bool resume = false, recordings = false;
 };
-
-template <class T>
-std::vector<T> named_values(const std::vector<std::string>& names, const std::map<std::string, T>& known) {
-  std::vector<T> values;
-  for (const std::string& name : names) values.push_back(known.at(name));
-  return values;
-}
-
-const std::map<std::string, VolumeSolver>& solvers_by_name() {
-  static const std::map<std::string, VolumeSolver> names{{"newton", VolumeSolver::newton},
-                                                         {"gradient", VolumeSolver::gradient},
-                                                         {"scaling", VolumeSolver::scaling}};
-  return names;
-}
-
-const std::map<std::string, SpringIntegrator>& springs_by_name() {
-  static const std::map<std::string, SpringIntegrator> names{
-      {"auto", SpringIntegrator::automatic},
-      {"symplectic", SpringIntegrator::symplectic},
-      {"implicit", SpringIntegrator::implicit},
-      {"energy_momentum", SpringIntegrator::energy_momentum}};
-  return names;
-}
 
 /// The three files of a report; a part of a run is written as soon as it is done.
 void write_report(const fs::path& folder, const std::string& json, const std::string& csv) {
@@ -124,8 +100,9 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
   const Scene scene = read_scene_file(input);
   SceneReportOptions options;
   options.axes = command.axes;
-  options.axes.solvers = named_values(command.solvers, solvers_by_name());
-  options.axes.springs = named_values(command.springs, springs_by_name());
+  if (!command.solvers.empty()) options.axes.solvers.clear();
+  for (const std::string& name : command.solvers) options.axes.solvers.push_back(solver_named(name));
+  for (const std::string& name : command.springs) options.axes.springs.push_back(springs_named(name));
   options.repeats = command.repeats;
   options.reference_refinement = command.refinement;
   if (command.resume && fs::exists(folder / "report.json"))
@@ -207,7 +184,7 @@ void add_report_command(CLI::App& app, CliContext& context) {
   const auto list = [&](const std::string& name, auto& values, const std::string& meaning) {
     return command->add_option(name, values, meaning)->delimiter(',');
   };
-  list("--solvers", options->solvers, "Volume solvers to compare")
+  list("--solvers", options->solvers, "Volume solvers to compare; all when absent")
       ->check(CLI::IsMember({"newton", "gradient", "scaling"}));
   list("--springs", options->springs, "Spring integrators")
       ->check(CLI::IsMember({"auto", "symplectic", "implicit", "energy_momentum"}));

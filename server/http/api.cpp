@@ -5,8 +5,8 @@
 namespace isochor {
 namespace {
 
-/// Meshing runs in parallel by itself; two more so that a long report does not hold up a model.
-constexpr int job_threads = 3;
+/// Meshing runs in parallel by itself; a second so that a long one does not hold up a short one.
+constexpr int job_threads = 2;
 /// Of the memory for models and simulations, what the frames of one simulation may take.
 constexpr std::int64_t frame_share = 16;
 
@@ -56,7 +56,7 @@ Api::Api(Samples samples_, std::shared_ptr<Waker> waker_, std::int64_t memory_li
 std::vector<Route> api_routes(Api& api) {
   std::vector<Route> routes;
   for (auto& more : {meta_routes(api), sample_routes(api), mesh_routes(api), model_routes(api),
-                     job_routes(api), simulation_routes(api)})
+                     job_routes(api), simulation_routes(api), report_routes(api)})
     routes.insert(routes.end(), more.begin(), more.end());
   add_description(routes);
   return routes;

@@ -32,6 +32,7 @@ std::vector<Route> mesh_routes(Api& api);
 std::vector<Route> model_routes(Api& api);
 std::vector<Route> job_routes(Api& api);
 std::vector<Route> simulation_routes(Api& api);
+std::vector<Route> report_routes(Api& api);
 /// All of them, and /openapi.json and /docs made from them.
 std::vector<Route> api_routes(Api& api);
 
@@ -46,6 +47,10 @@ std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<St
                                               Progress& progress);
 /// Mesh shapes named by a sample, a mesh id or a model id become models; a name from outside is never a path.
 void resolve_meshes(Api& api, Scene& scene, Progress& progress);
+/// The simulation of a scene whose meshes are so named.
+std::unique_ptr<Simulation> build_simulation(Api& api, Scene scene, Progress& progress);
+/// The text of a sample scene. Throws a refusal, 404.
+const std::string& sample_scene(const Api& api, const std::string& name);
 
 /// Answers once the job has ended, or after the wait, then with unfinished_status.
 Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status);

@@ -2,6 +2,7 @@
 
 #include "core/parameters/parameters.h"
 #include "server/http/api.h"
+#include "server/http/service.h"
 #include "server/store/content_id.h"
 
 namespace isochor {
@@ -102,6 +103,16 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
     shape = ModelShape{make_model(api, mesh, named->meshing, false, progress)->model};
   };
   for (SceneBody& body : scene.bodies) std::visit([&](auto& kind) { resolve(kind.shape); }, body.kind);
+}
+
+std::unique_ptr<Simulation> build_simulation(Api& api, Scene scene, Progress& progress) {
+  resolve_meshes(api, scene, progress);
+  return compile(scene, progress);
+}
+
+const std::string& sample_scene(const Api& api, const std::string& name) {
+  if (const Samples::Sample* sample = api.samples.scene(name)) return sample->text;
+  refuse(404, "not_found", "no such sample", "GET /api/v1/samples lists them");
 }
 
 }  // namespace isochor

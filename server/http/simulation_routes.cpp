@@ -35,10 +35,7 @@ Response when(const std::shared_ptr<SimulationRunner>& runner, int status, std::
 
 std::string scene_text(const Api& api, const std::string& body) {
   const auto wanted = read_simulation_request(body);
-  if (!wanted.sample) return body;
-  const Samples::Sample* sample = api.samples.scene(*wanted.sample);
-  if (!sample) refuse(404, "not_found", "no such sample", "GET /api/v1/samples lists them");
-  return sample->text;
+  return wanted.sample ? sample_scene(api, *wanted.sample) : body;
 }
 
 Response post_simulation(Api& api, const Request& request) {
@@ -48,11 +45,7 @@ Response post_simulation(Api& api, const Request& request) {
   options.fast = query_choice(request, "pace", {"realtime", "fast"}, 0) == 1;
   options.playing = query_choice(request, "state", {"paused", "playing"}, 0) == 1;
   const std::int64_t wait_ms = query_integer(request, "wait_ms", 2000, 0, 10000);
-  const auto build = [&api, scene](Progress& progress) {
-    Scene resolved = scene;
-    resolve_meshes(api, resolved, progress);
-    return compile(resolved, progress);
-  };
+  const auto build = [&api, scene](Progress& progress) { return build_simulation(api, scene, progress); };
   const auto runner = api.simulations.create(build, options);
   return when(runner, 201, wait_ms, [](const RunView& view) { return view.state != RunState::preparing; });
 }

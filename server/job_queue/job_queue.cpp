@@ -11,6 +11,10 @@ namespace {
 
 constexpr std::size_t max_waiting = 64, max_remembered = 256;
 
+std::string cancelled_problem() {
+  return encode_problem(Error(ErrorCode::cancelled, "cancelled"));
+}
+
 JobView visible(const JobView& view, std::chrono::steady_clock::time_point started) {
   JobView copy = view;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
@@ -39,7 +43,7 @@ std::string_view status_name(JobStatus status) {
 }
 
 JobQueue::JobQueue(int threads, std::function<void()> on_end)
-    : on_end_(std::move(on_end)), pool_(threads, max_waiting) {}
+    : on_end_(std::move(on_end)), pool_(threads, max_waiting), measurements_(1, max_waiting) {}
 
 JobQueue::~JobQueue() {
   table_.with([](Table& table) {
@@ -58,11 +62,11 @@ std::shared_ptr<JobQueue::Job> JobQueue::add(std::string kind, JobStatus status)
   return job;
 }
 
-JobView JobQueue::submit(std::string kind, Work work) {
+JobView JobQueue::submit(std::string kind, Work work, Line line) {
   const auto job = add(std::move(kind), JobStatus::queued);
   job->work = std::move(work);
   const JobView view = job->view;  // before a worker may change it
-  if (!pool_.submit([this, job] { run(*job); })) {
+  if (!(line == Line::work ? pool_ : measurements_).submit([this, job] { run(*job); })) {
     table_.with([&](Table& table) { table.jobs.erase(view.id); });
     throw Error(ErrorCode::over_budget, "too many jobs are waiting", "wait for one to end, or cancel some");
   }
@@ -81,16 +85,21 @@ void JobQueue::run(Job& job) {
     job.view.status = JobStatus::running;
     job.started = Clock::now();
   });
-  Progress progress(
+  JobProgress progress(
       [&](std::string_view phase, double fraction) {
         table_.with([&](Table&) {
           job.view.phase = phase;
           job.view.fraction = std::clamp(fraction, 0.0, 1.0);
         });
       },
-      &job.cancelled);
+      &job.cancelled,
+      [&](std::string part) { table_.with([&](Table&) { job.view.result = std::move(part); }); });
   try {
-    end(job, JobStatus::done, job.work(progress), {});
+    std::string result = job.work(progress);
+    if (job.cancelled)
+      end(job, JobStatus::cancelled, std::move(result), cancelled_problem());
+    else
+      end(job, JobStatus::done, std::move(result), {});
   } catch (const std::exception&) {
     JobStatus status = JobStatus::failed;
     std::string problem;
@@ -152,7 +161,7 @@ bool JobQueue::cancel(const std::string& id) {
   if (!job) return false;
   job->cancelled = true;
   const bool waiting = table_.with([&](const Table&) { return job->view.status == JobStatus::queued; });
-  if (waiting) end(*job, JobStatus::cancelled, {}, encode_problem(Error(ErrorCode::cancelled, "cancelled")));
+  if (waiting) end(*job, JobStatus::cancelled, {}, cancelled_problem());
   return true;
 }
 

@@ -30,19 +30,36 @@ struct JobView {
   bool ended() const { return status != JobStatus::queued && status != JobStatus::running; }
 };
 
+/// What a job's work reports to: its progress, and on the way what it has of its result.
+class JobProgress : public Progress {
+ public:
+  using Publish = std::function<void(std::string part)>;
+  JobProgress(Sink sink, const std::atomic<bool>* cancel, Publish publish)
+      : Progress(std::move(sink), cancel), publish_(std::move(publish)) {}
+  void publish(std::string part) const { publish_(std::move(part)); }
+
+ private:
+  Publish publish_;
+};
+
+/// Measurements go one after another, in a line of their own: they would disturb each other's times, and they
+/// are long, so that other work must not wait for them.
+enum class Line { work, measurements };
+
 /// Long work, in the order asked for. Its progress can be asked at any time, and it can be cancelled at any
 /// time: the work polls its Progress. Ended jobs are remembered, the oldest forgotten.
 class JobQueue {
  public:
-  /// Returns the result as JSON text; its Progress takes the fraction of the whole.
-  using Work = std::function<std::string(Progress&)>;
+  /// Returns the result as JSON text; its progress takes the fraction of the whole. Work that returns
+  /// although it was cancelled leaves a part: the job is cancelled, and has a result.
+  using Work = std::function<std::string(JobProgress&)>;
 
   /// on_end is called from a worker's thread after each job's end.
   JobQueue(int threads, std::function<void()> on_end);
   ~JobQueue();  ///< cancels all
 
   /// Throws over_budget when too many wait.
-  JobView submit(std::string kind, Work work);
+  JobView submit(std::string kind, Work work, Line line = Line::work);
   JobView add_done(std::string kind, std::string result);  ///< when the result is there already
   /// nullopt: unknown, or forgotten (an id below next_id).
   std::optional<JobView> find(const std::string& id) const;
@@ -71,7 +88,7 @@ class JobQueue {
 
   std::function<void()> on_end_;
   Guarded<Table> table_;
-  WorkerPool pool_;  ///< last: its threads use the rest
+  WorkerPool pool_, measurements_;  ///< last: their threads use the rest
 };
 
 }  // namespace isochor

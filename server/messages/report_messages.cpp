@@ -4,16 +4,14 @@
 
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "core/parameters/parameters.h"
 #include "server/build_info.h"
+#include "server/messages/json.h"
+#include "server/messages/model_messages.h"
 
 namespace isochor {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 template <class T, std::size_t N>
 using Names = std::array<std::pair<T, std::string_view>, N>;
@@ -38,11 +36,17 @@ std::string_view name_of(const Names<T, N>& names, T value) {
 }
 
 template <class T, std::size_t N>
+std::string known_names(const Names<T, N>& names) {
+  std::string list = "use one of";
+  for (const auto& [value, name] : names) list += " " + std::string(name);
+  return list;
+}
+
+template <class T, std::size_t N>
 T value_of(const Names<T, N>& names, const std::string& wanted) {
   for (const auto& [value, name] : names)
     if (name == wanted) return value;
-  throw Error(ErrorCode::cannot_read, "the report to resume names an unknown \"" + wanted + "\"",
-              "run it afresh into another folder");
+  throw Error(ErrorCode::invalid_argument, "\"" + wanted + "\" is not known", known_names(names));
 }
 
 Json number(double value) {
@@ -147,12 +151,14 @@ std::string csv_text(std::string_view text) {
   return quoted + '"';
 }
 
-Json parameters_json(const MeshingOptions& options) {
-  Json json;
-  for (const Parameter& parameter : meshing_parameters())
-    if (const auto value = parameter.get(options))
-      std::visit([&](const auto& v) { json[std::string(parameter.name)] = v; }, *value);
-  return json;
+/// As a scene has them.
+Json settings_json(const SceneSettings& settings) {
+  return {{"solver",
+           {{"volume", solver_name(settings.solver)},
+            {"springs", springs_name(settings.springs)},
+            {"substeps", settings.substeps > 0 ? Json(settings.substeps) : Json("auto")},
+            {"tolerance", settings.tolerance}}},
+          {"resolution", settings.resolution}};
 }
 
 }  // namespace
@@ -167,7 +173,14 @@ std::string_view outcome_name(Outcome outcome) {
   return name_of(outcome_names, outcome);
 }
 
-std::string encode_scene_report(const SceneReport& report) {
+VolumeSolver solver_named(const std::string& name) {
+  return value_of(solver_names, name);
+}
+SpringIntegrator springs_named(const std::string& name) {
+  return value_of(springs_names, name);
+}
+
+std::string encode_scene_report(const SceneReport& report, std::optional<double> budget_ms) {
   Json json = provenance("scene", report.complete);
   json["scene"] = report.scene;
   json["reference"] = {{"settings", to_json(report.reference)},
@@ -185,6 +198,15 @@ std::string encode_scene_report(const SceneReport& report) {
                               {"series", series_name(order.series)},
                               {"order", number(order.order)},
                               {"points", order.points}});
+  if (budget_ms) {
+    const ScenePoint* best = fit_budget(report, *budget_ms);
+    json["budget_ms"] = *budget_ms;
+    json["proposal"] = nullptr;
+    if (best) {
+      json["proposal"] = {{"point", best - report.points.data()}};
+      json["proposal"].update(settings_json(best->settings));
+    }
+  }
   return json.dump(1) + '\n';
 }
 
@@ -210,14 +232,15 @@ std::vector<ScenePoint> decode_scene_points(std::string_view json) {
     const Json report = Json::parse(json);
     for (const Json& point : report.at("points")) points.push_back(point_from(point));
     return points;
-  } catch (const Json::exception& fault) {
+  } catch (const std::exception& fault) {
     throw Error(ErrorCode::cannot_read,
                 std::string("the report to resume is not one of ours: ") + fault.what(),
                 "run it afresh into another folder");
   }
 }
 
-std::string encode_meshing_report(const MeshingReport& report, std::string_view input) {
+std::string encode_meshing_report(const MeshingReport& report, std::string_view input,
+                                  std::optional<double> budget_ms) {
   Json json = provenance("meshing", report.complete);
   json["input"] = input;
   json["fields"] = {{{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
@@ -247,6 +270,13 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
   }
   json["fronts"] = fronts(json["fields"], json["points"]);
   json["orders"] = Json::array();
+  if (budget_ms) {
+    const MeshingPoint* best = fit_budget(report, *budget_ms);
+    json["budget_ms"] = *budget_ms;
+    json["proposal"] =
+        best ? Json{{"point", best - report.points.data()}, {"params", parameters_json(best->options)}}
+             : Json();
+  }
   return json.dump(1) + '\n';
 }
 
@@ -291,13 +321,7 @@ std::string encode_stability(const StabilityReport& report) {
 }
 
 std::string encode_settings(const SceneSettings& settings) {
-  const Json json{{"solver",
-                   {{"volume", solver_name(settings.solver)},
-                    {"springs", springs_name(settings.springs)},
-                    {"substeps", settings.substeps > 0 ? Json(settings.substeps) : Json("auto")},
-                    {"tolerance", settings.tolerance}}},
-                  {"resolution", settings.resolution}};
-  return json.dump(1) + '\n';
+  return settings_json(settings).dump(1) + '\n';
 }
 
 }  // namespace isochor

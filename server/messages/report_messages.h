@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,13 +13,16 @@ namespace isochor {
 /// {"kind":"scene", "scene", "complete", "machine", "compiler", "commit", "reference", "points":[{settings,
 /// series, …}],
 ///  "fronts":{error:[indices of points]}, "orders":[…], "fields":[{name,label}]}. Not-a-number becomes null.
-std::string encode_scene_report(const SceneReport& report);
+/// With a budget (ms a step) also "proposal": {"point", "solver", "resolution"}, null when no point fits.
+std::string encode_scene_report(const SceneReport& report, std::optional<double> budget_ms = {});
 /// One row a point, the settings first.
 std::string encode_scene_csv(const SceneReport& report);
 /// The points of an encoded report, to resume it. Throws cannot_read.
 std::vector<ScenePoint> decode_scene_points(std::string_view json);
 
-std::string encode_meshing_report(const MeshingReport& report, std::string_view input);
+/// The proposal, within a budget for the whole of meshing: {"point", "params"}.
+std::string encode_meshing_report(const MeshingReport& report, std::string_view input,
+                                  std::optional<double> budget_ms = {});
 std::string encode_meshing_csv(const MeshingReport& report);
 
 std::string encode_stability(const StabilityReport& report);
@@ -30,5 +34,8 @@ std::string encode_settings(const SceneSettings& settings);
 std::string_view solver_name(VolumeSolver solver);
 std::string_view springs_name(SpringIntegrator springs);
 std::string_view outcome_name(Outcome outcome);
+/// Throw invalid_argument.
+VolumeSolver solver_named(const std::string& name);
+SpringIntegrator springs_named(const std::string& name);
 
 }  // namespace isochor
