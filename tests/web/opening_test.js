@@ -1,6 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {browser_tests, eventually, fact, no_complaints, status, tets_ready} from './support/browser.js';
+import {readFile} from 'node:fs/promises';
+import {browser_tests, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
 
 const suite = browser_tests();
 
@@ -23,9 +24,10 @@ const choose = (page, name, text) => page.locator('input[type=file]').setInputFi
 
 test('a dropped mesh becomes a model, and its report counts what is wrong', async () => {
   const page = await suite.open();
+  const tree = await tets(page);
   await drop(page, 'open cube.obj', open_cube);
   await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the report of the cube');
-  await tets_ready(page);
+  await eventually(() => tets(page), n => n !== tree, 'the model of the cube');
   await page.getByRole('button', {name: /open edges: fly to the next/}).click();
   await status(page).filter({hasText: /open edges: 1 of/}).waitFor();
   no_complaints(page);
@@ -37,11 +39,11 @@ test('units, up axis and fit place the body in the world', async () => {
   await choose(page, 'cube.obj', cube);
   await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the cube');
   await page.getByLabel('Fit to one metre', {exact: true}).uncheck();
-  await page.getByLabel('File unit').selectOption('0.01');
-  await page.getByLabel('Up axis of the file').selectOption('z');
+  await page.getByLabel('File unit', {exact: true}).selectOption('0.01');
+  await page.getByLabel('Up axis of the file', {exact: true}).selectOption('z');
   await page.getByRole('button', {name: 'Export', exact: true}).click();
   const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'Save the scene'}).click()]);
-  const scene = JSON.parse(await (await import('node:fs/promises')).readFile(await file.path(), 'utf8'));
+  const scene = JSON.parse(await readFile(await file.path(), 'utf8'));
   assert.equal(scene.bodies[0].scale, 0.01);
   assert.deepEqual(scene.bodies[0].orientation.map(x => Number(x.toFixed(4))), [-0.7071, 0, 0, 0.7071]);
   await page.context().close();
@@ -59,15 +61,25 @@ test('a damaged file says what, where and what next, and the last model stays', 
   await page.context().close();
 });
 
-test('parameters that leave nothing are answered with a fix of one click', async () => {
+test('a mesh that leaves nothing is answered with a fix of one click', async () => {
   const page = await suite.open();
-  await page.getByRole('button', {name: 'Presets'}).click();
-  await page.getByRole('button', {name: /^Solid/}).click();
-  await page.getByLabel('Crossing rule').selectOption('at_maximum');
+  await choose(page, 'triangle.obj', 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n');
   const card = page.locator('.problem-card');
-  await card.waitFor();
+  await card.filter({hasText: 'no lattice cell is filled enough'}).waitFor();
   await card.locator('button.primary').first().click();
   await tets_ready(page);
-  await eventually(() => page.locator('.problem-card').count(), n => n === 0, 'the problem is solved');
+  await card.waitFor({state: 'detached'});
+  assert.ok(await tets(page) > 0);
+  await page.context().close();
+});
+
+test('a file that is no mesh is named, and the sample is one click away', async () => {
+  const page = await suite.open();
+  await choose(page, 'notes.txt', 'not a mesh');
+  const card = page.locator('.problem-card');
+  await card.waitFor();
+  assert.match(await card.textContent(), /obj|format/i);
+  await card.getByRole('button', {name: 'Back to the sample tree'}).click();
+  await tets_ready(page);
   await page.context().close();
 });

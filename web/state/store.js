@@ -17,19 +17,23 @@ export class Store extends EventTarget {
   /// One step of the history. changes: {path: value}.
   set(changes, label) {
     this.commit();
-    this.preview(changes, label);
+    this.record(changes, label);
     this.commit();
   }
 
   /// Shows the changes at once, without a step in the history until commit().
   preview(changes, label) {
+    this.record(changes, label);
+    this.announce(Object.keys(changes), true);
+  }
+
+  record(changes, label) {
     this.gesture ??= {label, before: new Map()};
     this.gesture.label = label;
     for (const [path, after] of Object.entries(changes)) {
       if (!this.gesture.before.has(path)) this.gesture.before.set(path, copy(this.get(path)));
       write(this.state, path, copy(after));
     }
-    this.announce(Object.keys(changes), true);
   }
 
   commit() {

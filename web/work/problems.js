@@ -1,16 +1,19 @@
 import {suggestions} from '../state/suggestions.js';
-import {param_changes} from '../state/constraints.js';
+import {words} from '../ui/format.js';
+import {param_changes, settle} from '../state/constraints.js';
 
 /// Turns refusals into cards with a one-click way on.
 export function report_problems(app) {
   const {meshing, simulation} = app;
   app.report = problem => app.tell('problem', {problem, actions: ways_on(app, problem)});
-  app.ways_from_text = text => suggestions(text, app).map(({title, values}) => ({title, run: () => app.store.set(param_changes(values), title)}));
+  app.ways_from_text = text => suggestions(text, app).map(({title, values}) => ({title, run: () => set_params(app, values, title)}));
   meshing.addEventListener('problem', () => app.report(meshing.problem));
   meshing.addEventListener('model', () => app.tell('solved'));
   simulation.addEventListener('bodies', () => app.tell('solved'));
   simulation.addEventListener('problem', ({detail}) => app.report(detail));
 }
+
+const set_params = ({store}, values, label) => store.set(param_changes(settle(store.get('params'), values)), label);
 
 function ways_on(app, problem) {
   const actions = [...app.ways_from_text(problem.hint ?? ''), ...nearest_allowed(app, problem)];
@@ -25,6 +28,7 @@ function nearest_allowed(app, {errors = []}) {
     .filter(({name}) => name in app.defaults)
     .map(({name, min, max}) => {
       const value = Math.min(max, Math.max(min ?? -Infinity, app.store.get(`params.${name}`)));
-      return {title: `Set ${name.replaceAll('_', ' ')} to ${value}`, run: () => app.store.set({[`params.${name}`]: value}, `set ${name}`)};
+      const title = `Set ${words(name)} to ${value}`;
+      return {title, run: () => set_params(app, {[name]: value}, title)};
     });
 }

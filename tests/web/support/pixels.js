@@ -5,14 +5,12 @@ export async function look(page) {
   const margin = 110;  // the controls over the view
   const clip = {x: box.x + 8, y: box.y + margin, width: box.width - 16, height: box.height - margin - 60};
   const png = (await page.screenshot({clip})).toString('base64');
-  const reader = await page.context().browser().newContext();
-  try {
-    const blank = await reader.newPage();
-    return await blank.evaluate(count_colors, png);
-  } finally {
-    await reader.close();
-  }
+  const browser = page.context().browser();
+  if (!readers.has(browser)) readers.set(browser, browser.newPage());
+  return (await readers.get(browser)).evaluate(count_colors, png);
 }
+
+const readers = new WeakMap();  // a blank page a browser decodes the pictures
 
 async function count_colors(png) {
   const bytes = Uint8Array.from(atob(png), c => c.charCodeAt(0));
