@@ -46,12 +46,12 @@ void set_zero(Coordinates& v) {
   for (auto* axis : {&v.x, &v.y, &v.z}) std::ranges::fill(*axis, 0.0);
 }
 
-}  // namespace
-
 double dot(const Coordinates& a, const Coordinates& b) {
   return dot_axis(a.x.data(), b.x.data(), a.size()) + dot_axis(a.y.data(), b.y.data(), a.size()) +
          dot_axis(a.z.data(), b.z.data(), a.size());
 }
+
+}  // namespace
 
 ImplicitSolver::ImplicitSolver(const SoftBody& body)
     : tangent_(body.springs),
@@ -61,7 +61,6 @@ ImplicitSolver::ImplicitSolver(const SoftBody& body)
       direction_(body.size()),
       product_(body.size()) {
   for (auto& entries : inverse_blocks_) entries.resize(body.size());
-  filters_.reserve(body.surface_particles.size());
 }
 
 void ImplicitSolver::linearize(const SoftBody& body, double h) {
@@ -83,17 +82,10 @@ void ImplicitSolver::linearize(const SoftBody& body, double h) {
   for (std::size_t i = 0; i < body.size(); ++i) arms_.set(i, body.positions.at(i) - center_);
 }
 
-void ImplicitSolver::load_filter(const SoftBody& body, std::span<const BlockedParticle> blocked) {
-  filters_.clear();
-  for (const BlockedParticle& particle : blocked)
-    filters_.push_back({particle.particle, body.masses[particle.particle] * particle.inverse_mass});
-}
-
 void ImplicitSolver::filter(const SoftBody& body, Coordinates& v) const {
   if (body.has_pins)
     for (std::size_t i = 0; i < body.size(); ++i)
       if (!(body.inverse_masses[i] > 0.0)) v.set(i, Vec3::Zero());
-  for (const BlockedParticle& f : filters_) v.set(f.particle, f.inverse_mass * v.at(f.particle));
 }
 
 void ImplicitSolver::multiply(const SoftBody& body, const Coordinates& p, Coordinates& product) const {
@@ -149,14 +141,21 @@ void ImplicitSolver::precondition(const SoftBody& body) {
   axpy(1.0, product_, preconditioned_);
 }
 
-int ImplicitSolver::solve(const SoftBody& body, std::span<const BlockedParticle> blocked,
-                          const Coordinates& right_side, Coordinates& displacement, double tolerance,
-                          int max_iterations) {
-  load_filter(body, blocked);
+int ImplicitSolver::advance(const SoftBody& body, double h, const Coordinates& forces,
+                            Coordinates& displacement, double tolerance, int max_iterations) {
   build_coarse(body);
-  set_zero(displacement);
-  residual_ = right_side;
+  set_zero(product_);
+  tangent_.add_product(body.springs, displacement, product_);
+  residual_ = forces;
+  xpay(product_, -h * h, residual_);  // T·displacement − h²·forces
+  for (auto* axis : {&residual_.x, &residual_.y, &residual_.z})
+    for (double& r : *axis) r = -r;
   filter(body, residual_);
+  return solve(body, displacement, tolerance, max_iterations);
+}
+
+int ImplicitSolver::solve(const SoftBody& body, Coordinates& displacement, double tolerance,
+                          int max_iterations) {
   precondition(body);
   direction_ = preconditioned_;
   double energy = dot(residual_, preconditioned_);
@@ -180,8 +179,7 @@ int ImplicitSolver::solve(const SoftBody& body, std::span<const BlockedParticle>
 
 std::int64_t ImplicitSolver::bytes() const {
   const std::size_t doubles = 5 * 3 * arms_.size() + 6 * inverse_blocks_[0].size();
-  return tangent_.bytes() +
-         static_cast<std::int64_t>(doubles * sizeof(double) + filters_.capacity() * sizeof(BlockedParticle));
+  return tangent_.bytes() + static_cast<std::int64_t>(doubles * sizeof(double));
 }
 
 }  // namespace isochor

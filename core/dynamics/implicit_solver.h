@@ -4,42 +4,39 @@
 
 namespace isochor {
 
-/// Solves (M + h²K + hC)·δ = r for the particles' displacement, δ zero where particles are pinned or blocked:
-/// conjugate gradients in double, filtered [Baraff & Witkin 1998], preconditioned by the diagonal blocks and
-/// exactly on the six rigid modes, whose stiffness is M alone and may be 1e-10 of the rest.
+/// Solves (M + T)·u = r, T = h²K + hC, u zero where particles are pinned: conjugate gradients in double,
+/// filtered [Baraff & Witkin 1998], preconditioned by the diagonal blocks and exactly on the six rigid modes,
+/// whose stiffness is M alone and may be 1e-10 of the rest.
 class ImplicitSolver {
  public:
   explicit ImplicitSolver(const SoftBody& body);
 
-  /// Takes K at the body's positions.
+  /// Takes T at the body's positions.
   void linearize(const SoftBody& body, double h);
-  /// tolerance: of the residual in the preconditioner's norm, relative. Returns the iterations.
-  int solve(const SoftBody& body, std::span<const BlockedParticle> blocked, const Coordinates& right_side,
-            Coordinates& displacement, double tolerance, int max_iterations);
+  /// displacement += u with r = h²·forces − T·displacement. tolerance: of the residual in the
+  /// preconditioner's norm, relative. Returns the iterations.
+  int advance(const SoftBody& body, double h, const Coordinates& forces, Coordinates& displacement,
+              double tolerance, int max_iterations);
 
   std::int64_t bytes() const;
 
  private:
   using Vec6 = Eigen::Matrix<double, 6, 1>;
 
-  void load_filter(const SoftBody& body, std::span<const BlockedParticle> blocked);
   void filter(const SoftBody& body, Coordinates& v) const;
   void multiply(const SoftBody& body, const Coordinates& p, Coordinates& product) const;
   void build_coarse(const SoftBody& body);
   void precondition(const SoftBody& body);
+  int solve(const SoftBody& body, Coordinates& displacement, double tolerance, int max_iterations);
   void expand(const SoftBody& body, const Vec6& coefficients, Coordinates& v) const;
   Vec6 restrict_to_rigid(const Coordinates& v) const;
 
   SpringTangent tangent_;
   SpringTangent::Blocks inverse_blocks_;
-  std::vector<BlockedParticle> filters_;  ///< P = W·m of the blocked particles
   Eigen::Matrix<double, 6, 6> coarse_inverse_;
   Vec3 center_ = Vec3::Zero();
   Coordinates arms_;  ///< positions about the centre
   Coordinates residual_, preconditioned_, direction_, product_;
 };
-
-/// Σ a·b over all particles, the same bits for any number of threads.
-double dot(const Coordinates& a, const Coordinates& b);
 
 }  // namespace isochor

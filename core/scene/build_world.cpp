@@ -183,6 +183,7 @@ void build_springs(SceneSoftBody& soft) {
   body.springs = make_spring_stencil(*body.mesh, body.rest_positions, body.material);
   const bool springs = !body.springs.edges.empty() || !body.springs.diagonals.empty();
   soft.forces_valid = false;
+  soft.implicit.reset();
   body.forces = springs ? Coordinates(body.size()) : Coordinates();
 }
 

@@ -12,7 +12,7 @@ constexpr double grab_frequency = 10.0;  ///< rad/s
 void evaluate_forces(World& world, SceneSoftBody& soft) {
   SoftBody& body = soft.body;
   soft.forces_valid = true;
-  if (body.forces.size() == 0) return;
+  if (body.forces.size() == 0 || soft.implicit) return;
   for (auto* axis : {&body.forces.x, &body.forces.y, &body.forces.z}) std::ranges::fill(*axis, 0.0);
   const SpringMaterial& m = body.material;
   world.phases.run(Phase::edge_springs, [&] {
@@ -27,7 +27,7 @@ void evaluate_forces(World& world, SceneSoftBody& soft) {
 void kick(World& world, SceneSoftBody& soft, double seconds) {
   SoftBody& body = soft.body;
   world.phases.run(Phase::gravity, [&] { kick_by_gravity(body, seconds, world.scene.gravity); });
-  if (body.forces.size() > 0)
+  if (body.forces.size() > 0 && !soft.implicit)
     world.phases.run(Phase::symplectic_euler, [&] { kick_by_forces(body, seconds); });
 }
 

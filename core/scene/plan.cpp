@@ -48,17 +48,50 @@ class Planner {
   void integrators() {
     const SolverOptions& solver = world_.scene.solver;
     const double frame = 1.0 / world_.scene.frame_rate;
-    std::string symplectic;
+    std::string symplectic, implicit;
     double substeps = std::max(1, solver.substeps);
     for (SceneSoftBody& soft : world_.soft) {
       const double needed = needed_substeps(soft, frame);
-      symplectic += fmt::format("{}{} needs {} substep{} a frame by the Gershgorin bound",
-                                symplectic.empty() ? "" : "; ", name(soft), needed, needed == 1.0 ? "" : "s");
-      substeps = std::max(substeps, needed);
+      const bool chosen = is_implicit(soft, needed);
+      set_integrator(soft, chosen);
+      std::string& reasons = chosen ? implicit : symplectic;
+      reasons += fmt::format("{}{} {}", reasons.empty() ? "" : "; ", name(soft),
+                             why(needed, chosen, solver.springs != SpringIntegrator::automatic));
+      if (!chosen) substeps = std::max(substeps, needed);
     }
     world_.substeps = static_cast<int>(std::min<double>(substeps, most_substeps));
-    decide(Phase::symplectic_euler, !world_.soft.empty(), symplectic, "no deformable body");
-    phases_.leave_out(Phase::implicit_euler, "every body is stepped by symplectic Euler");
+    decide(Phase::symplectic_euler, !symplectic.empty(), symplectic,
+           world_.soft.empty() ? "no deformable body" : "the springs of every body are stepped implicitly");
+    decide(Phase::implicit_euler, !implicit.empty(), implicit,
+           world_.soft.empty() ? "no deformable body" : "every body is stepped by symplectic Euler");
+  }
+
+  bool is_implicit(const SceneSoftBody& soft, double needed) const {
+    const SpringStencil& springs = soft.body.springs;
+    if (springs.edges.empty() && springs.diagonals.empty()) return false;
+    switch (world_.scene.solver.springs) {
+      case SpringIntegrator::implicit:
+        return true;
+      case SpringIntegrator::automatic:
+        return needed > std::max(cheap_substeps, world_.scene.solver.substeps);
+      default:
+        return false;
+    }
+  }
+
+  static std::string why(double needed, bool implicit, bool asked) {
+    const std::string bound =
+        fmt::format("would need {} symplectic substeps a frame by the Gershgorin bound", needed);
+    if (asked && implicit) return fmt::format("is asked to be; it {}", bound);
+    if (implicit) return fmt::format("{}, more than {}", bound, cheap_substeps);
+    return fmt::format("needs {} substep{} a frame by the Gershgorin bound", needed,
+                       needed == 1.0 ? "" : "s");
+  }
+
+  static void set_integrator(SceneSoftBody& soft, bool implicit) {
+    if (implicit == (soft.implicit != nullptr)) return;
+    soft.forces_valid = false;
+    soft.implicit = implicit ? std::make_unique<ImplicitStep>(soft.body) : nullptr;
   }
 
   void forces() {
@@ -117,13 +150,14 @@ void plan_phases(World& world) {
 }
 
 void measure_phases(World& world) {
-  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, state = 0;
+  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, state = 0, implicit = 0;
   for (const SceneSoftBody& soft : world.soft) {
     const SoftBody& body = soft.body;
     edges += body.springs.edges.bytes();
     diagonals += body.springs.diagonals.bytes();
     volume += body.projector->bytes();
     pins += static_cast<std::int64_t>(soft.pins.capacity() * sizeof(PinnedParticle));
+    if (soft.implicit) implicit += soft.implicit->bytes();
     if (soft.contacts) contacts += soft.contacts->bytes();
     state += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
              bytes_of(body.start_velocities) + bytes_of(body.forces);
@@ -134,6 +168,7 @@ void measure_phases(World& world) {
   world.phases.set_bytes(Phase::pins, pins);
   world.phases.set_bytes(Phase::contacts, contacts);
   world.phases.set_bytes(Phase::symplectic_euler, state);
+  world.phases.set_bytes(Phase::implicit_euler, implicit);
 }
 
 }  // namespace isochor

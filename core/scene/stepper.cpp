@@ -46,12 +46,18 @@ void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
   keep_start(soft.body);
   kick(world_, soft, 0.5 * step.h);
   world_.phases.run(Phase::grab, [&] { follow_grab(step, soft); });
-  world_.phases.run(Phase::symplectic_euler, [&] { drift(soft.body, step.h); });
+  if (soft.implicit)
+    world_.phases.run(Phase::implicit_euler, [&] { soft.implicit->predict(soft.body, step.h); });
+  else
+    world_.phases.run(Phase::symplectic_euler, [&] { drift(soft.body, step.h); });
   world_.phases.run(Phase::pins, [&] { follow_pins(world_, soft); });
 }
 
 void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
-  velocities_from_positions(soft.body, step.h);
+  if (soft.implicit)
+    world_.phases.run(Phase::implicit_euler, [&] { soft.implicit->finish(soft.body, step.h); });
+  else
+    velocities_from_positions(soft.body, step.h);
   if (soft.contacts) world_.phases.run(Phase::restitution, [&] { soft.contacts->bounce(soft.body, step.h); });
   if (soft.inverted) recover_inverted(step, soft);
   evaluate_forces(world_, soft);

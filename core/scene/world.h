@@ -1,4 +1,5 @@
 #pragma once
+#include "core/dynamics/implicit_step.h"
 #include "core/dynamics/inversion.h"
 #include "core/dynamics/particle_contacts.h"
 #include "core/rigid/rigid_world.h"
@@ -19,12 +20,12 @@ struct SceneSoftBody {
   int id = 0;  ///< index in Scene::bodies
   SoftBody body;
   std::shared_ptr<const Model> model;  ///< when made from a mesh
-  bool implicit = false;               ///< its springs are integrated implicitly
   std::vector<PinnedParticle> pins;
   std::unique_ptr<ParticleContacts> contacts;  ///< absent when the scene has nothing to touch
   std::unique_ptr<TetInequality> tets;
-  bool forces_valid = false;  ///< body.forces are those of the present positions
-  bool inverted = false;      ///< some tet was, at the end of the last substep
+  std::unique_ptr<ImplicitStep> implicit;  ///< absent where springs are stepped by symplectic Euler
+  bool forces_valid = false;               ///< body.forces are those of the present positions
+  bool inverted = false;                   ///< some tet was, at the end of the last substep
 };
 
 /// A compiled scene: what steps.
