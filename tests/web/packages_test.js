@@ -1,0 +1,18 @@
+// What npm installs runs on Debian 12's Node 18, whatever Node this machine has.
+import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
+import {test} from 'node:test';
+
+const DEBIAN_12_NODE = 18;
+
+for (const folder of ['.', '../../web']) {
+  const lock = JSON.parse(readFileSync(new URL(`${folder}/package-lock.json`, import.meta.url)));
+  for (const [name, {engines}] of Object.entries(lock.packages)) {
+    if (!engines?.node) continue;
+    test(`${name} runs on Node ${DEBIAN_12_NODE}`, () => {
+      // One alternative of a range such as ">=4" or "^14 || >=16" has to reach down to it.
+      const oldest = Math.min(...[...engines.node.matchAll(/(\d+)(\.\d+)*/g)].map((match) => Number(match[1])));
+      assert.ok(oldest <= DEBIAN_12_NODE, `${name} asks for Node ${engines.node}`);
+    });
+  }
+}
