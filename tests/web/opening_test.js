@@ -1,24 +1,13 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
-import {browser_tests, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
+import {browser_tests, drop, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
 
 const suite = browser_tests();
 
 const cube = `${[...Array(8).keys()].map(i => `v ${i & 1} ${i >> 1 & 1} ${i >> 2 & 1}`).join('\n')}
 f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n`;
 const open_cube = cube.replace('f 2 4 8 6\n', '');
-
-async function drop(page, name, text) {
-  const transfer = await page.evaluateHandle(([file, content]) => {
-    const made = new DataTransfer();
-    made.items.add(new File([content], file));
-    return made;
-  }, [name, text]);
-  await page.dispatchEvent('body', 'dragenter', {dataTransfer: transfer});
-  assert.ok(await page.getByText('Drop a mesh, a recording or a scene').isVisible());
-  await page.dispatchEvent('body', 'drop', {dataTransfer: transfer});
-}
 
 const choose = (page, name, text) => page.locator('input[type=file]').setInputFiles({name, mimeType: 'text/plain', buffer: Buffer.from(text)});
 

@@ -14,7 +14,9 @@ export function collider_fields(app) {
     drawn = shape;
     scope?.dispose();
     scope = store.scope();
+    const opened = new Set([...list.querySelectorAll('[open]')].map(({dataset}) => dataset.name));
     list.replaceChildren(...rigid.map(({body, index}) => collider(app, scope, body, index)));
+    for (const entry of list.children) entry.open = opened.has(entry.dataset.name);
   };
   store.on('scene', build);
   app.events.addEventListener('collider', ({detail}) => {
@@ -27,7 +29,7 @@ export function collider_fields(app) {
 }
 
 function collider(app, scope, body, index) {
-  return h('details', {class: 'collider', 'data-body': String(index)},
+  return h('details', {class: 'collider', 'data-body': String(index), 'data-name': body.name},
     h('summary', {}, h('span', {}, body.name)),
     h('div', {class: 'body'}, fields(scope, body, `scene.bodies.${index}`),
       button('Remove', () => app.remove_collider(index), {name: 'trash', label: `Remove ${body.name}`})));

@@ -8,13 +8,16 @@ import {report_panel} from './report_panel.js';
 import {live_plots} from './live_plots.js';
 
 export function inspector(app) {
-  return h('aside', {class: 'inspector', 'aria-label': 'Inspector'},
+  const live = panel('Simulation', live_plots(app));
+  const root = h('aside', {class: 'inspector', 'aria-label': 'Inspector'},
     panel('Model', model_facts(app)),
     panel('Quality', color_panel(app)),
     panel('Picked', picked_panel(app)),
-    panel('Simulation', live_plots(app)),
+    live,
     panel('Plan', plan_panel(app)),
     panel('Error against run time', report_panel(app)));
+  app.simulation.addEventListener('bodies', () => root.scrollTo({top: live.offsetTop - root.offsetTop}));
+  return root;
 }
 
 export const panel = (title, ...content) =>

@@ -2,11 +2,17 @@ const free_name = (bodies, kind) => {
   for (let n = 1; ; ++n) if (!bodies.some(({name}) => name === `${kind} ${n}`)) return `${kind} ${n}`;
 };
 
+const size = 0.2, gap = 0.05;  // metres
+
+/// Beside or below what is there already, so that nothing starts inside a body.
 const new_shapes = {
-  sphere: {shape: {sphere: {radius: 0.2}}, position: [0.4, 0.2, 0]},
-  box: {shape: {box: {half_extents: [0.2, 0.2, 0.2]}}, position: [-0.4, 0.2, 0]},
-  plane: {shape: {plane: {normal: [0, 1, 0], offset: -0.5}}},
+  sphere: ({min, max}) => ({shape: {sphere: {radius: size}}, position: beside(max.x + gap + size, min.y)}),
+  box: ({min}) => ({shape: {box: {half_extents: [size, size, size]}}, position: beside(min.x - gap - size, min.y)}),
+  plane: ({min}) => ({shape: {plane: {normal: [0, 1, 0], offset: round(min.y - gap)}}}),
 };
+
+const round = x => Number(x.toFixed(3));
+const beside = (x, floor) => [round(x), round(floor + size), 0];
 
 /// Colliders of the scene, and scenes that come with the samples or from files.
 export const scene_editing = app => {
@@ -14,7 +20,7 @@ export const scene_editing = app => {
   const bodies = () => store.get('scene').bodies;
   return {
     add_collider(kind) {
-      const body = {name: free_name(bodies(), kind), type: 'rigid', ...structuredClone(new_shapes[kind]), static: true};
+      const body = {name: free_name(bodies(), kind), type: 'rigid', ...new_shapes[kind](app.viewport.bounds), static: true};
       store.set({'scene.bodies': [...bodies(), body]}, `add ${body.name}`);
       app.select_collider(bodies().length - 1);
       app.say(`${body.name} added`);

@@ -48,7 +48,8 @@ export const no_complaints = page => assert.deepEqual(page.complaints, []);
 /// The number in a row of the inspector's or the stages' facts.
 export async function fact(page, name) {
   const text = await page.locator('dt', {hasText: new RegExp(`^${name}$`)}).first().locator('xpath=following-sibling::dd[1]').textContent();
-  return Number(text.replaceAll(',', '').replace('−', '-').replace(/[^\d.eE+-].*$/, ''));
+  const [, mantissa, exponent = '0'] = /^([\d.-]+)(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?/.exec(text.replaceAll(',', '').replace('−', '-')) ?? [];
+  return Number(`${mantissa}e${[...exponent].map(c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'.includes(c) ? '-0123456789'['⁻⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(c)] : c).join('')}`);
 }
 
 export const tets = page => fact(page, 'Tets');
@@ -62,4 +63,16 @@ export async function eventually(read, passes, what, patience = 20000) {
     if (Date.now() > end) assert.fail(`${what}: still ${JSON.stringify(value)}`);
     await new Promise(resolve => setTimeout(resolve, 50));
   }
+}
+
+/// A file dropped anywhere on the page.
+export async function drop(page, name, text) {
+  const transfer = await page.evaluateHandle(([file, content]) => {
+    const made = new DataTransfer();
+    made.items.add(new File([content], file));
+    return made;
+  }, [name, text]);
+  await page.dispatchEvent('body', 'dragenter', {dataTransfer: transfer});
+  assert.ok(await page.getByText('Drop a mesh, a recording or a scene').isVisible());
+  await page.dispatchEvent('body', 'drop', {dataTransfer: transfer});
 }
