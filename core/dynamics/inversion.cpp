@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "core/dynamics/volume_elements.h"
 
@@ -14,7 +16,7 @@ constexpr int max_sweeps = 20;
 constexpr double least_volume = 0.05;         ///< of a tet, relative to rest
 constexpr double largest_displacement = 0.3;  ///< cells
 constexpr double least_alignment = 0.1;       ///< of the start's directions with the present ones
-constexpr double flat_gradient = 1e-6;        ///< ‖∇V‖ relative to rest
+constexpr double flat_gradient = 1e-6;        ///< ‖∇V‖ relative to V0^⅔, about that of rest
 constexpr double missing_axis = 1e-6;         ///< singular value relative to that of the rest pose
 
 double current_tet_volume(const Tet& t, const Coordinates& x) {
@@ -80,53 +82,98 @@ bool any_inverted(const TetMesh& mesh, const Coordinates& positions) {
                              [&](const Tet& t) { return !(current_tet_volume(t, positions) > 0.0); });
 }
 
+TetInequality::TetInequality(const SoftBody& body)
+    : mobility_(body.inverse_masses),
+      tets_begin_(body.size() + 1, 0),
+      tets_of_(4 * body.mesh->tets.size()),
+      pending_((body.mesh->tets.size() + 63) / 64) {
+  const std::vector<Tet>& tets = body.mesh->tets;
+  for (const Tet& t : tets) {
+    least_volumes_.push_back(least_volume * rest_tet_volume(body, t));
+    for (const auto i : t) ++tets_begin_[i + 1];
+  }
+  std::partial_sum(tets_begin_.begin(), tets_begin_.end(), tets_begin_.begin());
+  std::vector<std::int32_t> next(tets_begin_.begin(), tets_begin_.end() - 1);
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    for (const auto i : tets[t]) tets_of_[next[i]++] = static_cast<std::int32_t>(t);
+}
+
 bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, Coordinates& positions) {
   mobility_.begin(request);
+  std::ranges::fill(pending_, 0);
+  const std::vector<Tet>& tets = body.mesh->tets;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    if (current_tet_volume(tets[t], positions) < least_volumes_[t]) pending_[t / 64] |= 1ULL << t % 64;
   bool lifted = true;
   for (int s = 0; s < max_sweeps && lifted; ++s) lifted = sweep(body, request.start, positions);
   mobility_.end();
   return !lifted;
 }
 
-// μ = −C/(∇V(x)·W·∇V(x_dir)) for each C = V − 0.05·V0 < 0.
+// Gauss–Seidel over all tets, which passes by those whose particles have not moved since.
 bool TetInequality::sweep(const SoftBody& body, const Coordinates* start, Coordinates& x) {
-  const VolumeElements tets(*body.mesh, true);
-  const double limit = largest_displacement * body.cell_size;
   bool lifted = false;
-  for (std::int64_t t = 0; t < tets.count(); ++t) {
-    const Tet& tet = body.mesh->tets[t];
-    const double missing = least_volume * rest_tet_volume(body, tet) - current_tet_volume(tet, x);
-    if (!(missing > 0.0)) continue;
-    const auto now = tets.gradient(t, x), along = start ? tets.gradient(t, *start) : now;
-    double denominator = 0.0, own = 0.0;
-    for (int k = 0; k < 4; ++k) {
-      denominator += now[k].dot(mobility_.apply(tet[k], along[k]));
-      own += now[k].dot(mobility_.apply(tet[k], now[k]));
-    }
-    lifted = true;
-    if (!(denominator > least_alignment * own)) continue;
-    double longest = 0.0;
-    for (int k = 0; k < 4; ++k) longest = std::max(longest, mobility_.apply(tet[k], along[k]).norm());
-    const double mu = std::min(missing / denominator, limit / longest);
-    if (!std::isfinite(mu)) continue;
-    for (int k = 0; k < 4; ++k) {
-      x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
-      mobility_.record(tet[k], mu * along[k]);
+  for (std::size_t word = 0; word < pending_.size(); ++word) {
+    std::uint64_t ahead = ~0ULL;
+    while (const std::uint64_t bits = pending_[word] & ahead) {
+      const int bit = std::countr_zero(bits);
+      ahead = bit == 63 ? 0 : ~0ULL << (bit + 1);
+      pending_[word] &= ~(1ULL << bit);
+      lifted |= raise(body, static_cast<std::int64_t>(64 * word) + bit, start, x);
     }
   }
   return lifted;
 }
 
+void TetInequality::mark_around(const Tet& tet) {
+  for (const auto i : tet)
+    for (std::int32_t k = tets_begin_[i]; k < tets_begin_[i + 1]; ++k)
+      pending_[tets_of_[k] / 64] |= 1ULL << tets_of_[k] % 64;
+}
+
+// μ = −C/(∇V(x)·W·∇V(x_dir)) for C = V − 0.05·V0 < 0. True when the tet was below.
+bool TetInequality::raise(const SoftBody& body, std::int64_t t, const Coordinates* start, Coordinates& x) {
+  const VolumeElements tets(*body.mesh, true);
+  const Tet& tet = body.mesh->tets[t];
+  const double missing = least_volumes_[t] - current_tet_volume(tet, x);
+  if (!(missing > 0.0)) return false;
+  const auto now = tets.gradient(t, x), along = start ? tets.gradient(t, *start) : now;
+  double denominator = 0.0, own = 0.0, longest = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 step = mobility_.apply(tet[k], along[k]);
+    denominator += now[k].dot(step);
+    own += now[k].dot(mobility_.apply(tet[k], now[k]));
+    longest = std::max(longest, step.norm());
+  }
+  const double mu = std::min(missing / denominator, largest_displacement * body.cell_size / longest);
+  if (!(denominator > least_alignment * own) || !std::isfinite(mu)) {
+    pending_[t / 64] |= 1ULL << t % 64;
+    return true;
+  }
+  for (int k = 0; k < 4; ++k) {
+    x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
+    mobility_.record(tet[k], mu * along[k]);
+  }
+  mark_around(tet);
+  return true;
+}
+
+std::int64_t TetInequality::bytes() const {
+  return mobility_.bytes() +
+         static_cast<std::int64_t>(least_volumes_.capacity() * sizeof(double) +
+                                   (tets_begin_.capacity() + tets_of_.capacity()) * sizeof(std::int32_t) +
+                                   pending_.capacity() * sizeof(std::uint64_t));
+}
+
 std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions) {
   const VolumeElements cells(*body.mesh, false);
-  const Coordinates rest(body.rest_positions);
-  std::vector<Vec3> pull(positions.size(), Vec3::Zero());
-  std::vector<int> pulled(positions.size(), 0);
+  std::vector<Vec3> pull;  // made only where a cell is flat: most bodies never have one
+  std::vector<int> pulled;
   std::int64_t flattened = 0;
   for (std::int64_t c = 0; c < cells.count(); ++c) {
-    const double limit = flat_gradient * flat_gradient * squared_norm(cells.gradient(c, rest));
+    const double limit = flat_gradient * flat_gradient * std::pow(body.rest_volumes[c], 4.0 / 3.0);
     if (squared_norm(cells.gradient(c, positions)) > limit) continue;
-    ++flattened;
+    if (++flattened == 1) pull.resize(positions.size(), Vec3::Zero()), pulled.resize(positions.size(), 0);
     const Cell& cell = body.mesh->cells[c];
     const CellPose pose = fit_rest_pose(body, cell, positions);
     for (const auto i : cell.corners) {
@@ -134,7 +181,7 @@ std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions) 
       ++pulled[i];
     }
   }
-  for (std::size_t i = 0; i < positions.size(); ++i)
+  for (std::size_t i = 0; i < pulled.size(); ++i)
     if (pulled[i] && body.inverse_masses[i] > 0.0) positions.add(i, pull[i] / pulled[i]);
   return flattened;
 }

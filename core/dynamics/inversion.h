@@ -11,18 +11,23 @@ bool any_inverted(const TetMesh& mesh, const Coordinates& positions);
 /// The per-tet inequality V_t ≥ 0.05·V_t0, for when a tet of a cell that has its volume inverts.
 class TetInequality {
  public:
-  explicit TetInequality(const SoftBody& body) : mobility_(body.inverse_masses) {}
+  explicit TetInequality(const SoftBody& body);
 
   /// Up to 20 Gauss–Seidel sweeps, each displacement at most 0.3 cell. With start positions in the request
   /// the directions are taken there, so that momentum is kept [as SHAKE]. True when no tet was left below.
   bool lift(const SoftBody& body, const ProjectionRequest& request, Coordinates& positions);
 
-  std::int64_t bytes() const { return mobility_.bytes(); }
+  std::int64_t bytes() const;
 
  private:
   bool sweep(const SoftBody& body, const Coordinates* start, Coordinates& positions);
+  bool raise(const SoftBody& body, std::int64_t tet, const Coordinates* start, Coordinates& positions);
+  void mark_around(const Tet& tet);
 
   Mobility mobility_;
+  std::vector<double> least_volumes_;               ///< 0.05·V_t0
+  std::vector<std::int32_t> tets_begin_, tets_of_;  ///< the tets of a particle
+  std::vector<std::uint64_t> pending_;              ///< a bit a tet: a particle of it has moved
 };
 
 /// Pulls cells whose ‖∇V‖ has fallen under 1e-6 of its rest value (flattened to a line or a point, where no

@@ -11,6 +11,7 @@ LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
   for (auto* array : {&inverse_volumes_, &errors_, &inverse_masses_})
     *array = AlignedArray<double>(layout_.slots);
   for (auto* array : {&sign_, &weights_}) *array = AlignedArray<float>(layout_.slots);
+  for (auto* array : {&multipliers_, &last_multipliers_}) *array = AlignedArray<float>(layout_.slots);
   weighted_values_ = AlignedArray<float>(24 * layout_.slots);
   for (int k = 0; k < 24; ++k) weighted_.value[k] = weighted_values_.data() + k * layout_.slots;
   weighted_irregular_.resize(layout_.irregular_cells.size());
@@ -84,6 +85,8 @@ void LatticeSystem::load(const ProjectionRequest& request, const Coordinates& po
   gather(request.start ? *request.start : positions, start_);
   gather(positions, x_);
   weighted_at_start_ = false;
+  std::swap(multipliers_, last_multipliers_);
+  std::fill_n(multipliers_.data(), multipliers_.size(), 0.0F);
   unblock();
   load_carriers(request.carriers);
   block(request.blocked);
@@ -150,6 +153,9 @@ VolumeErrors LatticeSystem::evaluate(double t) {
 void LatticeSystem::accept(double t) {
   std::swap(x_, trial_);
   trial_t_ = -1.0;
+  if (stepping_along_)
+    for (const std::int32_t cell : layout_.cell_slots)
+      multipliers_[cell] += static_cast<float>(t) * stepping_along_[cell];
   for (std::size_t i = 0; i < blocked_forces_.size(); ++i) blocked_forces_[i] += t * blocked_[i].force;
   for (std::size_t i = 0; i < carriers_.size(); ++i) carriers_[i].motion += t * carrier_steps_[i];
 }
@@ -206,14 +212,24 @@ int LatticeSystem::solve(double tolerance) {
 }
 
 void LatticeSystem::set_step(Directions directions) {
+  set_step(directions, solver_.solution());
+}
+
+bool LatticeSystem::recall() {
+  set_step(Directions::start, last_multipliers_.data());
+  return true;
+}
+
+void LatticeSystem::set_step(Directions directions, const float* multipliers) {
+  stepping_along_ = multipliers;
   const PointArray& points = directions == Directions::start ? start_ : x_;
   const double factor = 1.0 / (mean_inverse_mass_ * length_);
   // Slabs share the nodes between them with the next one only.
   for (const std::int64_t first : {0, 1})
     layout_.for_slabs(
         [&](std::int64_t, const LatticeLayout::Slab& slab) {
-          kernels_.forces(as_runs(slab.cells), layout_.strides, points.view(), sign_.data(),
-                          solver_.solution(), factor, forces_.view());
+          kernels_.forces(as_runs(slab.cells), layout_.strides, points.view(), sign_.data(), multipliers,
+                          factor, forces_.view());
         },
         first, 2);
   add_irregular_forces(points, factor);
@@ -236,6 +252,7 @@ void LatticeSystem::set_dilation() {
   center /= mass;
   for (const std::int32_t s : layout_.vertex_slots) direction_.set(s, start_.at(s) - center);
   trial_t_ = -1.0;
+  stepping_along_ = nullptr;
 }
 
 std::int64_t LatticeSystem::worst_cell() const {
@@ -247,7 +264,7 @@ std::int64_t LatticeSystem::worst_cell() const {
 }
 
 std::int64_t LatticeSystem::bytes() const {
-  return 5 * x_.bytes() + 3 * errors_.bytes() + 2 * sign_.bytes() + weighted_values_.bytes() +
+  return 5 * x_.bytes() + 3 * errors_.bytes() + 4 * sign_.bytes() + weighted_values_.bytes() +
          static_cast<std::int64_t>(immovable_.size() + layout_.kinds.size()) + solver_.bytes();
 }
 

@@ -35,6 +35,7 @@ class NewtonProjector final : public VolumeProjector {
       result.max_error = std::numeric_limits<double>::max();
       return result;
     }
+    if (request.recall && errors_.max > request.tolerance) recall();
     iterate(request, result);
     system_->store(positions);
     result.max_error = errors_.max;
@@ -46,6 +47,17 @@ class NewtonProjector final : public VolumeProjector {
   std::int64_t bytes() const override { return system_->bytes(); }
 
  private:
+  void recall() {
+    if (!system_->recall()) return;
+    const VolumeErrors trial = system_->evaluate(1.0);
+    if (trial.finite() && trial.sum_of_squares < errors_.sum_of_squares) {
+      system_->accept(1.0);
+      errors_ = trial;
+    } else {
+      system_->evaluate(0.0);
+    }
+  }
+
   void iterate(const ProjectionRequest& request, ProjectionResult& result) {
     // Correcting the total moves every cell by up to the largest error, so cells get half of the tolerance.
     const bool free = system_->is_free();

@@ -37,6 +37,9 @@ class NewtonSystem {
   virtual int solve(double tolerance) = 0;
   /// d = W Jᵀ μ.
   virtual void set_step(Directions directions) = 0;
+  /// d = W J₀ᵀ μ with the μ of all steps accepted since the projection before this one was loaded, where the
+  /// system remembers them; false where it does not.
+  virtual bool recall() { return false; }
   /// d = start − its centre of mass: changes the volume, not the momentum about the start positions.
   virtual void set_dilation() = 0;
 

@@ -44,6 +44,8 @@ struct ProjectionRequest {
   /// the volume presses on them, for friction and release.
   std::span<Vec3> blocked_forces = {};
   std::span<RigidCarrier> carriers = {};
+  /// The first projection of a step may start from what the last one pressed: it changes little.
+  bool recall = false;
   double tolerance = 1e-6;  ///< largest |V − V0|/V0 of a cell
   int max_iterations = 40;
 };

@@ -30,7 +30,7 @@ ProjectionResult project(const Substep& step, SceneSoftBody& soft, ProjectionReq
   return result;
 }
 
-ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft) {
+ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft, bool first) {
   ParticleContacts& contacts = *soft.contacts;
   ProjectionResult result;
   for (int round = 0; round < max_contact_rounds; ++round) {
@@ -42,7 +42,9 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
       if (changed) contacts.place(soft.body);
     });
     if (!changed) break;
-    result = project(step, soft, make_request(step.world, soft));
+    ProjectionRequest request = make_request(step.world, soft);
+    request.recall = first && round == 0;
+    result = project(step, soft, request);
     if (contacts.empty() && round > 0) break;
   }
   return result;
@@ -70,18 +72,20 @@ void record(const Substep& step, const SceneSoftBody& soft, const ProjectionResu
 void constrain(const Substep& step, SceneSoftBody& soft) {
   const bool began_inverted = soft.inverted;
   if (soft.contacts) step.world.phases.run(Phase::contacts, [&] { soft.contacts->begin(soft.body, step.h); });
-  const auto meet = [&] {
-    return soft.contacts ? project_with_contacts(step, soft)
-                         : project(step, soft, make_request(step.world, soft));
+  const auto meet = [&](bool first) {
+    if (soft.contacts) return project_with_contacts(step, soft, first);
+    ProjectionRequest request = make_request(step.world, soft);
+    request.recall = first;
+    return project(step, soft, request);
   };
-  ProjectionResult result = meet();
+  ProjectionResult result = meet(true);
   find_inverted(step, soft);
   if (soft.inverted && !began_inverted) ++step.stats.recoveries;
   for (int round = 0; round < max_lift_rounds && soft.inverted && !began_inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       soft.tets->lift(soft.body, make_request(step.world, soft), soft.body.positions);
     });
-    result = meet();
+    result = meet(false);
     find_inverted(step, soft);
   }
   record(step, soft, result);
