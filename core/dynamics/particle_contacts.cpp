@@ -1,6 +1,7 @@
 #include "core/dynamics/particle_contacts.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -74,6 +75,27 @@ Vec3 mean_shift(const Contact& contact) {
 
 }  // namespace
 
+ContactDirections directions_of(const ParticleContact& contact) {
+  ContactDirections directions;
+  Basis basis;
+  std::array<int, 3> kept{};
+  for (int k = 0; k < contact.planes; ++k) {
+    const int before = basis.size;
+    basis.add(contact.plane[k].normal);
+    if (basis.size > before) kept[before] = k;
+  }
+  Eigen::Matrix3d gram = Eigen::Matrix3d::Identity();
+  for (int a = 0; a < basis.size; ++a)
+    for (int b = 0; b < basis.size; ++b)
+      gram(a, b) = contact.plane[kept[a]].normal.dot(contact.plane[kept[b]].normal);
+  const Eigen::Matrix3d inverse = gram.inverse();
+  for (int a = 0; a < basis.size; ++a)
+    for (int b = 0; b < basis.size; ++b)
+      directions.dual[kept[a]] += inverse(a, b) * contact.plane[kept[b]].normal;
+  directions.normal_space = Eigen::Matrix3d::Identity() - basis.projector();
+  return directions;
+}
+
 ParticleContacts::ParticleContacts(const SoftBody& body)
     : predicted_(body.size()), slot_(body.size(), -1), memory_slot_(body.size(), -1) {
   const std::size_t surface_particles = body.surface_particles.size();
@@ -83,7 +105,8 @@ ParticleContacts::ParticleContacts(const SoftBody& body)
   memory_.reserve(surface_particles);
 }
 
-void ParticleContacts::begin(const SoftBody& body, double h) {
+void ParticleContacts::begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies) {
+  carriers_.begin(bodies);
   for (const Memory& memory : memory_) memory_slot_[memory.particle] = -1;
   memory_.clear();
   for (const Contact& contact : particles_) {
@@ -107,13 +130,34 @@ bool ParticleContacts::touches(std::int32_t particle) const {
   return slot_[particle] >= 0 && particles_[slot_[particle]].planes > 0;
 }
 
+const ContactPlane* ParticleContacts::plane_of(std::int32_t particle, int source) const {
+  if (slot_[particle] < 0) return nullptr;
+  const Contact& contact = particles_[slot_[particle]];
+  for (int k = 0; k < contact.planes; ++k)
+    if (contact.plane[k].source == source) return &contact.plane[k];
+  return nullptr;
+}
+
+bool ParticleContacts::renew_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane,
+                                   double slop) {
+  Contact& contact = particles_[slot_[particle]];
+  for (int k = 0; k < contact.planes; ++k)
+    if (contact.plane[k].source == plane.source) contact.plane[k] = plane;
+  const Vec3 x = body.positions.at(particle);
+  const Vec3 off = contact.sticking ? target(body, contact) - x : onto_planes(contact, x) - x;
+  if (off.norm() <= slop) return false;
+  return contact.moved = true;
+}
+
 void ParticleContacts::set_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane) {
   if (slot_[particle] < 0) {
     slot_[particle] = static_cast<std::int32_t>(particles_.size());
     particles_.emplace_back().particle = particle;
+    particles_.back().moved = false;
   }
   Contact& contact = particles_[slot_[particle]];
-  if (contact.planes == 0)
+  // Of one just released, still where the contact held it, the push is known.
+  if (contact.planes == 0 && !contact.moved)
     contact.push = body.masses[particle] * (body.positions.at(particle) - predicted_.at(particle));
   int k = 0;
   while (k < contact.planes && contact.plane[k].source != plane.source) ++k;
@@ -161,12 +205,19 @@ void ParticleContacts::place(SoftBody& body) {
   }
 }
 
+void ParticleContacts::take_forces() {
+  for (std::size_t b = 0; b < blocked_.size(); ++b) {
+    particles_[slot_[blocked_[b].particle]].push += forces_[b];
+    forces_[b].setZero();
+  }
+}
+
 bool ParticleContacts::update(const SoftBody& body, bool may_release) {
   bool changed = false;
+  take_forces();
   for (std::size_t b = 0; b < blocked_.size(); ++b) {
     const std::int32_t i = blocked_[b].particle;
     Contact& contact = particles_[slot_[i]];
-    contact.push += forces_[b];
     const Vec3 reaction = body.masses[i] * (body.positions.at(i) - predicted_.at(i)) - contact.push;
     if (may_release && release(contact, reaction)) {
       changed = true;
@@ -216,7 +267,7 @@ bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& r
     return contact.torn = contact.moved = true;
   }
   const Vec3 slip = basis.tangential(body.positions.at(i) - body.start_positions.at(i) - mean_shift(contact));
-  const Vec3 holding = contact.friction - body.masses[i] * slip;
+  const Vec3 holding = contact.friction - carriers_.friction_share(contact) * body.masses[i] * slip;
   const Vec3 before = contact.friction;
   contact.friction = clamp_to_cone(holding, coefficient, pressure);
   contact.sticking = !contact.torn && holding.norm() < limit;
@@ -224,7 +275,8 @@ bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& r
   return contact.sticking || (contact.friction - before).norm() > friction_tolerance * limit;
 }
 
-void ParticleContacts::bounce(SoftBody& body, double h) const {
+std::span<const DueWrench> ParticleContacts::bounce(SoftBody& body, double h) {
+  gains_.clear();
   for (const Contact& contact : particles_) {
     for (int k = 0; k < contact.planes; ++k) {
       const ContactPlane& plane = contact.plane[k];
@@ -232,9 +284,14 @@ void ParticleContacts::bounce(SoftBody& body, double h) const {
       const Vec3 surface = plane.surface_shift / h;
       const double now = plane.normal.dot(body.velocities.at(contact.particle) - surface);
       const double wanted = -plane.restitution * plane.approach;
-      if (now < wanted) body.velocities.add(contact.particle, (wanted - now) * plane.normal);
+      if (now >= wanted) continue;
+      if (carriers_.carries(plane.source))
+        gains_.push_back({contact.particle, plane.source, plane.normal, wanted - now});
+      else
+        body.velocities.add(contact.particle, (wanted - now) * plane.normal);
     }
   }
+  return carriers_.bounce(body, gains_);
 }
 
 std::int64_t ParticleContacts::bytes() const {

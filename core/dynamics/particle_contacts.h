@@ -2,19 +2,10 @@
 #include <span>
 #include <vector>
 
+#include "core/dynamics/contact_carriers.h"
 #include "core/dynamics/soft_body.h"
 
 namespace isochor {
-
-/// One contact of a particle: at the end of the substep n·x ≥ offset.
-struct ContactPlane {
-  int source = 0;  ///< the rigid body; one plane each
-  Vec3 normal = Vec3::UnitY();
-  double offset = 0.0;
-  Vec3 surface_shift = Vec3::Zero();  ///< of the surface's material during the substep
-  double friction = 0.0, restitution = 0.0;
-  double approach = 0.0;  ///< normal velocity between particle and surface at the substep's start, m/s
-};
 
 /// The active set of a body's contacts within one substep. A contact blocks the particle along its normal
 /// inside the volume projection; the projection tells what the volume presses on it, and from this follow
@@ -24,40 +15,49 @@ class ParticleContacts {
  public:
   explicit ParticleContacts(const SoftBody& body);
 
-  /// A new substep: no contact, x̂ = the body's positions. Friction starts from that of the last one.
-  void begin(const SoftBody& body, double h);
+  /// A new substep: no contact, x̂ = the body's positions. Friction starts from that of the last one. Planes
+  /// of the bodies given are carried by them.
+  void begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies = {});
   bool empty() const { return particles_.empty(); }
   std::int64_t count() const { return static_cast<std::int64_t>(particles_.size()); }
 
   /// Adds a plane, or replaces that of the same source.
   void set_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane);
   bool touches(std::int32_t particle) const;
+  /// The particle's plane of that source, or null.
+  const ContactPlane* plane_of(std::int32_t particle, int source) const;
+  std::span<const ParticleContact> contacts() const { return particles_; }
+  /// Replaces the plane of the same source. True when that leaves the particle off its place by more than the
+  /// slop (m).
+  bool renew_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane, double slop);
 
   /// Moves every particle whose contacts have changed to where they let it be, and lists the blocked ones.
   void place(SoftBody& body);
   std::span<const BlockedParticle> blocked() const { return blocked_; }
   std::span<Vec3> blocked_forces() { return forces_; }
+  /// The bodies of begin() give way to what presses on them, and move on with their particles within the
+  /// projection.
+  void carry(SoftBody& body) { carriers_.load(body, particles_, predicted_); }
+  std::span<RigidCarrier> carriers() { return carriers_.carriers(); }
+  /// What these bodies are due since the last call.
+  std::span<const DueWrench> take_due(const SoftBody& body) {
+    return carriers_.take_due(body, particles_, predicted_);
+  }
 
-  /// Reads the forces of the last projection. True when a contact was released or torn off, or friction has
+  /// Reads the forces of the last projection, once.
+  void take_forces();
+  /// Does so, and judges by them. True when a contact was released or torn off, or friction has
   /// changed by more than a twentieth of its limit.
   bool update(const SoftBody& body, bool may_release);
 
-  /// v_n = −e·(approach) for the contacts that press [after Bender & Schmitt 2006].
-  void bounce(SoftBody& body, double h) const;
+  /// v_n = −e·(approach) for the contacts that press [after Bender & Schmitt 2006]. Returns what the bodies
+  /// of begin() are due for it, kg m/s.
+  std::span<const DueWrench> bounce(SoftBody& body, double h);
 
   std::int64_t bytes() const;
 
  private:
-  struct Contact {
-    std::int32_t particle = 0;
-    int planes = 0;
-    std::array<ContactPlane, 3> plane;
-    Vec3 push = Vec3::Zero();      ///< g
-    Vec3 friction = Vec3::Zero();  ///< tangential part of r while it slips
-    bool sticking = false;         ///< held in all directions
-    bool torn = false;             ///< has left the cone in this substep: does not stick again
-    bool moved = true;             ///< is to be placed
-  };
+  using Contact = ParticleContact;
 
   /// Of a contact in the substep before.
   struct Memory {
@@ -73,12 +73,14 @@ class ParticleContacts {
   bool rub(const SoftBody& body, Contact& contact, const Vec3& reaction);
 
   Coordinates predicted_;
+  ContactCarriers carriers_;
   std::vector<Contact> particles_;
   std::vector<BlockedParticle> blocked_;
   std::vector<Vec3> forces_;
   std::vector<std::int32_t> slot_;  ///< of each particle in particles_, or −1
   std::vector<Memory> memory_;
   std::vector<std::int32_t> memory_slot_;
+  std::vector<BounceGain> gains_;
   double h_ = 0.0;
 };
 

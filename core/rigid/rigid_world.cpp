@@ -42,6 +42,7 @@ struct RigidWorld::Impl {
   std::vector<BodyRecord> bodies;
   Vec3 gravity = Vec3::Zero();
   double time = 0.0, h = 0.0;  ///< h: of the step under way, else 0
+  bool moved = false;          ///< the poses are those of its end already
   StepSolver solver;
   std::vector<BodyRecord> saved;  ///< at the start of the step, to take it again
 
@@ -106,11 +107,11 @@ void RigidWorld::step(double h) {
   int halvings = 0;
   while (impl_->time < end - 1e-9 * h) {
     const double left = end - impl_->time;
-    impl_->saved = impl_->bodies;
+    keep_start();
     begin_step(std::min(left, std::max(left / substeps_for(left), h / 64.0) / (1 << halvings)));
     solve();
     if (!metrics().converged && halvings < 5) {
-      std::swap(impl_->bodies, impl_->saved);
+      restore_start();
       ++halvings;
       continue;
     }
@@ -119,8 +120,18 @@ void RigidWorld::step(double h) {
   impl_->time = end;
 }
 
+void RigidWorld::keep_start() {
+  impl_->saved = impl_->bodies;
+}
+
+void RigidWorld::restore_start() {
+  impl_->bodies = impl_->saved;
+  impl_->h = 0.0;
+}
+
 void RigidWorld::begin_step(double h) {
   impl_->h = h;
+  impl_->moved = false;
   for (BodyRecord& body : impl_->bodies)
     if (!body.dynamic()) aim(body, impl_->time + h, h);
   impl_->solver.begin(impl_->bodies, impl_->gravity, h);
@@ -130,8 +141,13 @@ void RigidWorld::solve() {
   impl_->solver.solve_positions(impl_->bodies);
 }
 
-void RigidWorld::end_step() {
+void RigidWorld::move() {
   for (BodyRecord& body : impl_->bodies) body.state.pose = body.predicted(impl_->h);
+  impl_->moved = true;
+}
+
+void RigidWorld::end_step() {
+  if (!impl_->moved) move();
   impl_->kick(0.5 * impl_->h);
   impl_->solver.solve_velocities(impl_->bodies);
   impl_->time += impl_->h;
@@ -161,7 +177,7 @@ const RigidBodyState& RigidWorld::state(int body) const {
 }
 
 Pose RigidWorld::predicted_pose(int body) const {
-  return impl_->h > 0.0 ? impl_->at(body).predicted(impl_->h) : pose(body);
+  return impl_->h > 0.0 && !impl_->moved ? impl_->at(body).predicted(impl_->h) : pose(body);
 }
 
 Vec3 RigidWorld::velocity_at(int body, const Vec3& point) const {
@@ -175,6 +191,13 @@ Eigen::Matrix3d RigidWorld::inverse_mass_at(int body, const Vec3& point) const {
 
 void RigidWorld::apply_impulse(int body, const Vec3& point, const Vec3& impulse) {
   isochor::apply_impulse(impl_->at(body).state, point, impulse);
+}
+
+void RigidWorld::apply_wrench(int body, const Vec3& about, const Vec3& impulse, const Vec3& moment) {
+  RigidBodyState& state = impl_->at(body).state;
+  if (!state.dynamic()) return;
+  state.velocity += state.inverse_mass * impulse;
+  state.angular_momentum += moment + (about - state.pose.position).cross(impulse);
 }
 
 void RigidWorld::move_body(int body, const Pose& pose, double duration) {

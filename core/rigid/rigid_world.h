@@ -24,7 +24,8 @@ struct RigidBodyDesc {
 /// Rigid bodies, their joints and contacts. One substep is
 ///   begin_step(h)   kinematic velocities, impacts, half of gravity, contacts found
 ///   solve()         impulses so that joints and contacts hold at the predicted poses (SHAKE)
-///   end_step()      poses move, the other half of gravity, impulses so that velocities agree (RATTLE)
+///   end_step()      poses move, unless move() has done so, the other half of gravity, impulses so that
+///                   velocities agree (RATTLE)
 /// Between begin and end anybody may apply impulses, ask for predicted poses and solve again: that is how
 /// deformable bodies take part. Deterministic, single-threaded, no allocation once warm.
 class RigidWorld {
@@ -46,7 +47,11 @@ class RigidWorld {
   int substeps_for(double h) const;
   void begin_step(double h);
   void solve();
+  void move();
   void end_step();
+  /// Poses, velocities and time of now, and back to them, so that a step can be taken again.
+  void keep_start();
+  void restore_start();
 
   int size() const;
   const CollisionShape& shape(int body) const;
@@ -62,6 +67,8 @@ class RigidWorld {
   Vec3 velocity_at(int body, const Vec3& point) const;
   Eigen::Matrix3d inverse_mass_at(int body, const Vec3& point) const;  ///< zero unless dynamic
   void apply_impulse(int body, const Vec3& point, const Vec3& impulse);
+  /// An impulse (kg m/s) with its moment about a point of the world, whatever the body's pose is now.
+  void apply_wrench(int body, const Vec3& about, const Vec3& impulse, const Vec3& moment);
 
   /// A body without mass goes to the pose within the given time from now, or at once when it is 0.
   void move_body(int body, const Pose& pose, double duration);

@@ -30,23 +30,41 @@ ProjectionResult project(const Substep& step, SceneSoftBody& soft, ProjectionReq
   return result;
 }
 
+/// Rigid bodies answer to what presses on them: by their own motion, and by what they touch and are jointed
+/// to.
+void answer(const Substep& step, SceneSoftBody& soft) {
+  if (step.world.massive.empty()) return;
+  step.world.phases.run(Phase::rigid_bodies, [&] {
+    hand_out(step, soft);
+    step.world.rigid.solve();
+  });
+}
+
 ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft, bool first) {
   ParticleContacts& contacts = *soft.contacts;
   ProjectionResult result;
   for (int round = 0; round < max_contact_rounds; ++round) {
     bool changed = round == 0;
+    if (round > 0) {
+      step.world.phases.run(Phase::contacts, [&] {
+        changed = contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
+      });
+      answer(step, soft);
+    }
     step.world.phases.run(Phase::contacts, [&] {
-      if (round > 0)
-        changed |= contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
       changed |= detect_contacts(soft.body, step.world.rigid, step.h, contacts);
       if (changed) contacts.place(soft.body);
+      if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);
     });
     if (!changed) break;
     ProjectionRequest request = make_request(step.world, soft);
     request.recall = first && round == 0;
+    // Last, with the rigid bodies where they are: nothing is left inside them.
+    if (round + 1 < max_contact_rounds) request.carriers = contacts.carriers();
     result = project(step, soft, request);
     if (contacts.empty() && round > 0) break;
   }
+  contacts.take_forces();
   return result;
 }
 
@@ -69,9 +87,16 @@ void record(const Substep& step, const SceneSoftBody& soft, const ProjectionResu
 
 }  // namespace
 
+void hand_out(const Substep& step, SceneSoftBody& soft) {
+  for (const DueWrench& due : soft.contacts->take_due(soft.body))
+    step.world.rigid.apply_wrench(due.source, due.center, due.push / step.h, due.moment / step.h);
+}
+
 void constrain(const Substep& step, SceneSoftBody& soft) {
   const bool began_inverted = soft.inverted;
-  if (soft.contacts) step.world.phases.run(Phase::contacts, [&] { soft.contacts->begin(soft.body, step.h); });
+  if (soft.contacts)
+    step.world.phases.run(Phase::contacts,
+                          [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
   const auto meet = [&](bool first) {
     if (soft.contacts) return project_with_contacts(step, soft, first);
     ProjectionRequest request = make_request(step.world, soft);

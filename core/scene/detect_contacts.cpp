@@ -51,7 +51,8 @@ class RigidSweep {
         from_(world.pose(rigid)),
         to_(world.predicted_pose(rigid)),
         slop_(contact_slop * body.cell_size),
-        h_(h) {
+        h_(h),
+        massive_(world.dynamic(rigid)) {
     plane_.source = rigid;
     plane_.friction = combined_friction(body.friction, world.friction(rigid));
     plane_.restitution = combined_restitution(body.restitution, world.restitution(rigid));
@@ -65,6 +66,18 @@ class RigidSweep {
     return overlaps(box, particles);
   }
 
+  bool massive() const { return massive_; }
+  double slop() const { return slop_; }
+
+  /// The plane of a particle that touches already, on the body's surface as it is now.
+  ContactPlane follow(std::int32_t i, const ContactPlane& before) const {
+    const Vec3 end = to_.to_local(body_.positions.at(i));
+    const SurfaceQuery at_end = shape_.query(end);
+    const Vec3 normal = to_.orientation * at_end.normal;
+    if (normal.dot(before.normal) < same_side) return before;
+    return plane_at(i, end - at_end.distance * at_end.normal, at_end.normal);
+  }
+
   /// The plane that the particle must stay in front of, when it is behind it by more than the slop.
   bool meets(std::int32_t i, bool touching, ContactPlane& plane) const {
     const Vec3 start = from_.to_local(body_.start_positions.at(i)), end = to_.to_local(body_.positions.at(i));
@@ -73,15 +86,20 @@ class RigidSweep {
     if (at_end.distance > (touching ? -slop_ : path)) return false;
     Vec3 point, normal;
     if (!entry(start, end, at_end, point, normal)) return false;
-    plane = plane_;
-    plane.normal = to_.orientation * normal;
-    plane.offset = plane.normal.dot(to_.to_world(point));
-    plane.surface_shift = to_.to_world(point) - from_.to_world(point);
-    plane.approach = plane.normal.dot(body_.start_velocities.at(i) - plane.surface_shift / h_);
+    plane = plane_at(i, point, normal);
     return plane.offset - plane.normal.dot(body_.positions.at(i)) > (touching ? slop_ : 0.0);
   }
 
  private:
+  ContactPlane plane_at(std::int32_t i, const Vec3& point, const Vec3& normal) const {
+    ContactPlane plane = plane_;
+    plane.normal = to_.orientation * normal;
+    plane.offset = plane.normal.dot(to_.to_world(point));
+    plane.surface_shift = to_.to_world(point) - from_.to_world(point);
+    plane.approach = plane.normal.dot(body_.start_velocities.at(i) - plane.surface_shift / h_);
+    return plane;
+  }
+
   // Inside at the end, the nearest surface counts, unless it is the far side of what the path went into.
   bool entry(const Vec3& start, const Vec3& end, const SurfaceQuery& at_end, Vec3& point,
              Vec3& normal) const {
@@ -104,6 +122,7 @@ class RigidSweep {
   const CollisionShape& shape_;
   Pose from_, to_;
   double slop_, h_;
+  bool massive_;
   ContactPlane plane_;
 };
 
@@ -117,6 +136,10 @@ bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, Pa
     if (!sweep.may_meet(particles)) continue;
     for (const auto i : body.surface_particles) {
       if (!(body.inverse_masses[i] > 0.0)) continue;
+      if (const ContactPlane* known = sweep.massive() ? contacts.plane_of(i, rigid) : nullptr) {
+        found |= contacts.renew_plane(body, i, sweep.follow(i, *known), sweep.slop());
+        continue;
+      }
       ContactPlane plane;
       if (!sweep.meets(i, contacts.touches(i), plane)) continue;
       contacts.set_plane(body, i, plane);

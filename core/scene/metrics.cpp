@@ -49,6 +49,8 @@ Metrics measure(const World& world, const StepStats& stats) {
   metrics.fallbacks = stats.fallbacks;
   metrics.feasible = stats.feasible;
   metrics.contacts = stats.contacts;
+  metrics.contacts += world.rigid.metrics().contacts;
+  metrics.max_penetration = world.rigid.metrics().max_penetration;
   add_volumes(world, metrics);
   add_motion(world, metrics);
   for (const SceneSoftBody& soft : world.soft) {

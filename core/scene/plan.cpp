@@ -123,10 +123,15 @@ class Planner {
 
   void contacts() {
     const bool rigid = world_.rigid.size() > 0, soft = !world_.soft.empty();
-    decide(Phase::rigid_bodies, rigid, fmt::format("{} rigid", world_.rigid.size()), "no rigid body");
+    int massive = 0;
+    for (int r = 0; r < world_.rigid.size(); ++r) massive += world_.rigid.dynamic(r);
+    decide(Phase::rigid_bodies, rigid,
+           fmt::format("{} rigid, {} of them with a mass", world_.rigid.size(), massive), "no rigid body");
     const char* nobody = rigid ? "no deformable body" : "no rigid body to touch";
     decide(Phase::contacts, rigid && soft,
-           "surface particles against rigid bodies, inside the volume projection", nobody);
+           massive > 0 ? "surface particles against rigid bodies, which give way inside the volume projection"
+                       : "surface particles against rigid bodies, inside the volume projection",
+           nobody);
     bool rubs = false, bounces = false;
     for (const SceneBody& body : world_.scene.bodies) {
       rubs |= body.friction > 0.0;

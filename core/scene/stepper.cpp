@@ -15,9 +15,32 @@ StepStats Stepper::frame(double seconds, const Progress& progress) {
   stats_.smallest_h = h;
   for (int s = 0; s < world_.substeps; ++s) {
     progress.throw_if_cancelled();
-    advance(h, 0);
+    if (world_.soft.empty())
+      world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.step(h); });
+    else
+      advance_jointed(h);
   }
   return stats_;
+}
+
+void Stepper::advance_jointed(double h) {
+  const int parts = world_.rigid.substeps_for(h);
+  stats_.smallest_h = std::min(stats_.smallest_h, h / parts);
+  for (int part = 0; part < parts; ++part) advance(h / parts, 0);
+}
+
+void Stepper::start_rigid(double h) {
+  world_.rigid.keep_start();
+  world_.rigid.begin_step(h);
+  world_.massive.clear();
+  for (int r = 0; r < world_.rigid.size(); ++r) {
+    if (!world_.rigid.dynamic(r)) continue;
+    const RigidBodyState& state = world_.rigid.state(r);
+    const Eigen::Matrix3d turn = state.pose.orientation.toRotationMatrix();
+    world_.massive.push_back(
+        {r, state.pose.position, 1.0 / state.inverse_mass, turn * state.inertia * turn.transpose()});
+  }
+  world_.rigid.solve();
 }
 
 void Stepper::advance(double h, int halvings) {
@@ -25,7 +48,7 @@ void Stepper::advance(double h, int halvings) {
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;
-  world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.begin_step(h), world_.rigid.solve(); });
+  world_.phases.run(Phase::rigid_bodies, [&] { start_rigid(h); });
   for (SceneSoftBody& soft : world_.soft) predict(step, soft);
   for (SceneSoftBody& soft : world_.soft) constrain(step, soft);
   const bool inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
@@ -33,10 +56,12 @@ void Stepper::advance(double h, int halvings) {
     stats_ = before;
     stats_.smallest_h = std::min(stats_.smallest_h, 0.5 * h);
     for (SceneSoftBody& soft : world_.soft) restore_start(soft.body), soft.inverted = false;
+    world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.restore_start(); });
     advance(0.5 * h, halvings + 1);
     advance(0.5 * h, halvings + 1);
     return;
   }
+  world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.move(); });
   for (SceneSoftBody& soft : world_.soft) finish(step, soft);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
 }
@@ -58,7 +83,13 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
     world_.phases.run(Phase::implicit_euler, [&] { soft.implicit->finish(soft.body, step.h); });
   else
     velocities_from_positions(soft.body, step.h);
-  if (soft.contacts) world_.phases.run(Phase::restitution, [&] { soft.contacts->bounce(soft.body, step.h); });
+  if (soft.contacts) {
+    hand_out(step, soft);
+    world_.phases.run(Phase::restitution, [&] {
+      for (const DueWrench& due : soft.contacts->bounce(soft.body, step.h))
+        world_.rigid.apply_wrench(due.source, due.center, due.push, due.moment);
+    });
+  }
   if (soft.inverted) recover_inverted(step, soft);
   evaluate_forces(world_, soft);
   kick(world_, soft, 0.5 * step.h);

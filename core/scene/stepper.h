@@ -14,6 +14,10 @@ class Stepper {
   StepStats frame(double seconds, const Progress& progress);
 
  private:
+  /// In as many parts as the joints of rigid bodies ask for.
+  void advance_jointed(double h);
+  /// Rigid bodies go first: their impacts, joints and contacts among themselves.
+  void start_rigid(double h);
   /// Halves the substep while a tet inverts, at most 5 times.
   void advance(double h, int halvings);
   void predict(const Substep& step, SceneSoftBody& soft);

@@ -23,6 +23,9 @@ void follow_pins(World& world, SceneSoftBody& soft);
 /// inverted tets, alternating with both. Sets soft.inverted.
 void constrain(const Substep& step, SceneSoftBody& soft);
 
+/// Gives rigid bodies with a mass what the contacts of a soft one still owe them.
+void hand_out(const Substep& step, SceneSoftBody& soft);
+
 /// For a start that is inverted already: up to 30 rounds of inequality and projection that leave the
 /// velocities alone.
 void recover_inverted(const Substep& step, SceneSoftBody& soft);

@@ -34,7 +34,8 @@ struct World {
   PhaseList phases;
   std::vector<SceneSoftBody> soft;
   RigidWorld rigid;
-  std::vector<int> rigid_ids;  ///< index in Scene::bodies of each body of the RigidWorld
+  std::vector<int> rigid_ids;        ///< index in Scene::bodies of each body of the RigidWorld
+  std::vector<MassiveBody> massive;  ///< those of them with a mass, as the substep began
   std::optional<Grab> grab;
   int substeps = 1;  ///< a frame
 };

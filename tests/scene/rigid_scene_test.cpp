@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/scene/read_scene.h"
+#include "core/scene/simulation.h"
+
+namespace isochor {
+namespace {
+
+std::unique_ptr<Simulation> compile_text(const std::string& json) {
+  Progress quiet;
+  return compile(read_scene(json, "."), quiet);
+}
+
+Snapshot run_to_end(Simulation& simulation) {
+  Progress quiet;
+  Snapshot frame = simulation.snapshot();
+  while (!simulation.finished()) frame = simulation.step(quiet);
+  return frame;
+}
+
+const char* const floor_plane =
+    R"({"name":"floor","type":"rigid","shape":{"plane":{}},"static":true,"friction":0.25})";
+
+/// s = v²/(2μg) until it stops; both surfaces have μ.
+TEST(RigidScene, ABlockSlidesAsFarAsFrictionLetsIt) {
+  const auto simulation = compile_text(R"({"duration":2,"bodies":[)" + std::string(floor_plane) + R"(,
+    {"name":"block","type":"rigid","shape":{"box":{"half_extents":[0.2,0.1,0.2]}},"mass":3,
+     "position":[0,0.1,0],"velocity":[2,0,0],"friction":0.25}]})");
+  const Snapshot end = run_to_end(*simulation);
+  const double distance = 4.0 / (2.0 * 0.25 * 9.81);
+  EXPECT_NEAR(end.bodies[1].position.x(), distance, 0.01 * distance);
+  EXPECT_NEAR(end.bodies[1].position.y(), 0.1, 1e-6);
+  EXPECT_LT(end.metrics.kinetic_energy, 1e-12);
+  EXPECT_LT(end.metrics.max_penetration, 1e-6);
+}
+
+/// The speed after each bounce is e times that before.
+TEST(RigidScene, ABallBouncesByItsRestitution) {
+  const auto simulation =
+      compile_text(R"({"duration":0.6,"frame_rate":100,"bodies":[)" + std::string(floor_plane) + R"(,
+    {"name":"ball","type":"rigid","shape":{"sphere":{"radius":0.1}},"mass":1,"position":[0,1.1,0],
+     "restitution":0.8}]})");
+  const Snapshot end = run_to_end(*simulation);
+  const double fall = std::sqrt(2.0 / 9.81), up = 0.8 * 9.81 * fall, t = 0.6 - fall;
+  EXPECT_NEAR(end.bodies[1].position.y(), 0.1 + up * t - 0.5 * 9.81 * t * t, 1e-6);
+}
+
+/// A ball that hits an equal one at rest at an angle: they part at right angles.
+TEST(RigidScene, BilliardBallsPartAtRightAngles) {
+  const auto simulation = compile_text(R"({"duration":1,"gravity":[0,0,0],"bodies":[
+    {"name":"cue","type":"rigid","shape":{"sphere":{"radius":0.1}},"mass":2,"position":[-1,0.1,0],
+     "velocity":[2,0,0],"friction":0,"restitution":1},
+    {"name":"ball","type":"rigid","shape":{"sphere":{"radius":0.1}},"mass":2,"friction":0,
+     "restitution":1}]})");
+  Progress quiet;
+  run_to_end(*simulation);
+  const Snapshot a = simulation->snapshot(), b = simulation->step(quiet);
+  const Vec3 cue = 60.0 * (b.bodies[0].position - a.bodies[0].position);
+  const Vec3 ball = 60.0 * (b.bodies[1].position - a.bodies[1].position);
+  // The line of centres at the impact: sin 30° = 0.1 / 0.2.
+  const Vec3 line(std::sqrt(0.75), -0.5, 0.0);
+  EXPECT_LT((ball - 2.0 * line.x() * line).norm(), 1e-9);
+  EXPECT_LT((cue + ball - Vec3(2.0, 0.0, 0.0)).norm(), 1e-9);
+  EXPECT_NEAR(cue.dot(ball), 0.0, 1e-9);
+}
+
+TEST(RigidScene, AStackComesToRest) {
+  std::string bodies(floor_plane);
+  for (int i = 0; i < 5; ++i)
+    bodies += R"(,{"type":"rigid","shape":{"box":{"half_extents":[0.1,0.1,0.1]}},"mass":1,"position":[)" +
+              std::to_string(0.01 * i) + "," + std::to_string(0.1 + 0.201 * i) + ",0]}";
+  const auto simulation = compile_text(R"({"duration":2,"bodies":[)" + bodies + "]}");
+  const Snapshot end = run_to_end(*simulation);
+  EXPECT_LT(end.metrics.kinetic_energy, 1e-9);
+  EXPECT_NEAR(end.bodies[5].position.y(), 0.9, 1e-4);
+  EXPECT_LT(end.metrics.max_penetration, 1e-5);
+}
+
+struct TwoWay {
+  double mass, friction, restitution;
+};
+
+/// A ball with a mass flies into a free cube, off its centre: together they keep their momentum.
+class Collision : public testing::TestWithParam<TwoWay> {};
+
+TEST_P(Collision, KeepsTheMomentumOfBallAndCube) {
+  const TwoWay& p = GetParam();
+  const std::string law =
+      R"(,"friction":)" + std::to_string(p.friction) + R"(,"restitution":)" + std::to_string(p.restitution);
+  const auto simulation = compile_text(
+      R"({"duration":0.5,"gravity":[0,0,0],"solver":{"springs":"symplectic"},"bodies":[
+    {"name":"cube","type":"deformable","lattice":{"cells":[4,4,4],"cell_size":0.25,"origin":[-0.5,-0.5,-0.5]},
+     "density":1000,"edge_stiffness":1e5,"diagonal_stiffness":1e5)" +
+      law + R"(},
+    {"name":"ball","type":"rigid","shape":{"sphere":{"radius":0.3}},"mass":)" +
+      std::to_string(p.mass) + R"(,"position":[-1,0.2,0.1],"velocity":[5,0,0],"angular_velocity":[0,3,1])" +
+      law + "}]}");
+  Progress quiet;
+  Snapshot frame = simulation->snapshot();
+  const Vec3 linear = frame.metrics.linear_momentum, angular = frame.metrics.angular_momentum;
+  const double energy = frame.metrics.kinetic_energy + frame.metrics.potential_energy;
+  double penetration = 0.0, hardest = 0.0;
+  std::int64_t contacts = 0;
+  while (!simulation->finished()) {
+    frame = simulation->step(quiet);
+    contacts = std::max(contacts, frame.metrics.contacts);
+    penetration = std::max(penetration, frame.metrics.max_penetration);
+    hardest = std::max(hardest, frame.metrics.kinetic_energy + frame.metrics.potential_energy);
+    EXPECT_TRUE(frame.metrics.feasible);
+    EXPECT_LE(frame.metrics.max_cell_volume_error, 1e-6);
+    EXPECT_LT((frame.metrics.linear_momentum - linear).norm(), 1e-10 * linear.norm()) << frame.t;
+    if (frame.metrics.fallbacks == 0 && frame.metrics.recoveries == 0) {
+      EXPECT_LT((frame.metrics.angular_momentum - angular).norm(), 1e-10 * linear.norm()) << frame.t;
+    }
+  }
+  EXPECT_GT(contacts, 0);
+  EXPECT_LE(penetration, 1e-3 * 0.25);
+  EXPECT_LE(hardest, 1.05 * energy);
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, Collision,
+                         testing::Values(TwoWay{200.0, 0.0, 0.0}, TwoWay{200.0, 0.3, 0.0},
+                                         TwoWay{200.0, 0.3, 0.5}, TwoWay{1.0, 0.3, 0.0},
+                                         TwoWay{2000.0, 0.3, 0.0}));
+
+}  // namespace
+}  // namespace isochor
