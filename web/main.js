@@ -9,6 +9,7 @@ import {camera_bar, view_bar} from './panels/view_bar.js';
 import {transport} from './panels/transport.js';
 import {status_line} from './panels/status.js';
 import {problem_cards} from './panels/problem_cards.js';
+import {ask_for_token} from './panels/token_dialog.js';
 import {progress_card} from './panels/progress_card.js';
 import {h} from './ui/dom.js';
 
@@ -24,10 +25,17 @@ function lay_out() {
   document.body.append(header(app), view, view_bar(app), transport(app), stages_panel(app), inspector(app), status_line(app));
 }
 
-await app.run(() => load_tables(app));
-lay_out();
-listen_to_keys(app);
-accept_drops(app);
-watch_server(app);
-app.looking.update();
-if (!await app.restore(location.hash)) await app.open_sample('tree');
+async function start() {
+  await load_tables(app);
+  lay_out();
+  listen_to_keys(app);
+  accept_drops(app);
+  watch_server(app);
+  app.looking.update();
+  if (!await app.restore(location.hash)) await app.open_sample('tree');
+}
+
+start().catch(problem => {
+  if (problem.status === 401) ask_for_token(app.client);
+  else document.body.append(cards), app.report(problem);
+});

@@ -15,17 +15,30 @@ export class Client extends EventTarget {
   constructor(base = './api/v1') {
     super();
     this.base = base;
-    this.token = document.querySelector('meta[name=isochor-token]').content || sessionStorage.getItem('isochor-token');
-    if (this.token) sessionStorage.setItem('isochor-token', this.token);
+    this.keep_token(document.querySelector('meta[name=isochor-token]').content || brought_token() || sessionStorage.getItem('isochor-token'));
+  }
+
+  keep_token(token) {
+    this.token = token;
+    if (token) sessionStorage.setItem('isochor-token', token);
+  }
+
+  /// What every request carries: a server that others can reach asks for the token to read as well.
+  credentials() {
+    return this.token ? {Authorization: `Bearer ${this.token}`} : {};
   }
 
   url(path) {
     return path.startsWith('/') && !path.startsWith('/api/') ? this.base + path : path;
   }
 
+  /// For workers, whose own address is another.
+  absolute(path) {
+    return new URL(this.url(path), location.href).href;
+  }
+
   async request(method, path, {json, body, headers = {}, signal} = {}) {
-    const init = {method, signal, headers: {...headers}};
-    if (method !== 'GET' && this.token) init.headers.Authorization = `Bearer ${this.token}`;
+    const init = {method, signal, headers: {...this.credentials(), ...headers}};
     if (json !== undefined) {
       init.headers['Content-Type'] = 'application/json';
       init.body = JSON.stringify(json);
@@ -57,8 +70,15 @@ export class Client extends EventTarget {
   async refresh_token() {
     const page = await (await fetch('./', {cache: 'no-store'})).text();
     const fresh = new DOMParser().parseFromString(page, 'text/html').querySelector('meta[name=isochor-token]')?.content;
-    if (fresh) sessionStorage.setItem('isochor-token', this.token = fresh);
+    if (fresh) this.keep_token(fresh);
   }
+}
+
+/// From another machine a person brings the token along behind #token=; it does not stay in the address.
+function brought_token() {
+  const [, token] = /^#token=([^&]+)$/.exec(location.hash) ?? [];
+  if (token) history.replaceState(null, '', location.pathname);
+  return token && decodeURIComponent(token);
 }
 
 async function problem_of(response) {

@@ -21,4 +21,4 @@ export function ask(task, message, transfer = []) {
 }
 
 /// GET of a document with bulk arrays, decoded into typed arrays; `task` may prepare them for drawing as well.
-export const load = (client, path, task = 'load') => ask(task, {url: new URL(client.url(path), location.href).href});
+export const load = (client, path, task = 'load') => ask(task, {url: client.absolute(path), headers: client.credentials()});

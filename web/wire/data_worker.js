@@ -3,8 +3,8 @@ import {decode_tree} from './decode.js';
 import {face_neighbours} from '../view/cell_topology.js';
 import {voxel_faces} from '../view/voxel_faces.js';
 
-async function load({url}) {
-  const response = await fetch(url);
+async function load({url, headers}) {
+  const response = await fetch(url, {headers});
   const document = await response.json().catch(() => ({title: response.statusText, status: response.status}));
   if (!response.ok) throw document;
   const buffers = [];
@@ -14,8 +14,8 @@ async function load({url}) {
 const tasks = {
   load,
   /// Tets of a model with their quality, the neighbours across its cells' faces.
-  async load_cells({url}) {
-    const [[tets, a], [quality, b]] = await Promise.all([load({url: `${url}/tets`}), load({url: `${url}/quality`})]);
+  async load_cells({url, headers}) {
+    const [[tets, a], [quality, b]] = await Promise.all(['tets', 'quality'].map(name => load({url: `${url}/${name}`, headers})));
     const neighbour = face_neighbours(tets.tets, tets.cells);
     return [{...quality, ...tets, neighbour}, [...a, ...b, neighbour.buffer]];
   },
@@ -24,8 +24,8 @@ const tasks = {
     const neighbour = face_neighbours(tets, cells);
     return [{neighbour}, [neighbour.buffer]];
   },
-  async load_voxels({url}) {
-    const [voxels, buffers] = await load({url: `${url}/voxels?shell=false`});
+  async load_voxels({url, headers}) {
+    const [voxels, buffers] = await load({url: `${url}/voxels?shell=false`, headers});
     const faces = voxel_faces(voxels);
     const made = [faces.face_voxel.buffer, faces.face_direction.buffer, faces.inside.buffer];
     return [{...voxels, ...faces}, [...buffers, ...made]];

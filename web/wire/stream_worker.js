@@ -42,11 +42,11 @@ function decode_embedded(body) {
   return body;
 }
 
-async function follow({url, generation}) {
+async function follow({url, headers, generation}) {
   reading?.abort();
   const abort = reading = new AbortController();
   try {
-    const response = await fetch(url, {signal: abort.signal, cache: 'no-store'});
+    const response = await fetch(url, {headers, signal: abort.signal, cache: 'no-store'});
     if (!response.ok) throw await response.json().catch(() => ({title: response.statusText, status: response.status}));
     await read_lines(response.body, text => post_line(text, generation));
     self.postMessage({generation, closed: true});
@@ -68,12 +68,12 @@ async function replay({file, generation}) {
 }
 
 /// A recording is the stream itself, every frame of it, with the bodies in its first line.
-async function record({url}) {
+async function record({url, headers}) {
   const abort = new AbortController();
   const chunks = [];
   recording = {abort, chunks};
   try {
-    const response = await fetch(url, {signal: abort.signal, cache: 'no-store'});
+    const response = await fetch(url, {headers, signal: abort.signal, cache: 'no-store'});
     for await (const chunk of response.body) chunks.push(chunk);
   } catch (error) {
     if (error.name !== 'AbortError') self.postMessage({recording_failed: error.message});

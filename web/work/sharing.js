@@ -27,8 +27,8 @@ export const sharing = app => {
     write_link: write,
     async share() {
       write();
-      await navigator.clipboard?.writeText(location.href).catch(() => {});
-      app.say('Link copied: it holds the parameters, the camera, the clip and the frame');
+      const copied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+      app.say(`${copied ? 'Link copied' : 'The link stands in the address bar'}: it holds the parameters, the camera, the clip and the frame`);
     },
     /// Opens what a link describes; false when there is no link.
     async restore(hash) {

@@ -71,8 +71,8 @@ export class Simulation extends EventTarget {
   }
 
   follow() {
-    const url = new URL(this.client.url(`/simulations/${this.id}/frames`), location.href).href;
-    this.worker.postMessage({task: 'follow', url, generation: this.generation});
+    const url = this.client.absolute(`/simulations/${this.id}/frames`);
+    this.worker.postMessage({task: 'follow', url, headers: this.client.credentials(), generation: this.generation});
   }
 
   async receive(data) {
@@ -140,8 +140,8 @@ export class Simulation extends EventTarget {
 
   start_recording() {
     const from = (this.shown?.seq ?? 0) - 1;
-    const url = new URL(this.client.url(`/simulations/${this.id}/frames?pace=every&topology=inline&after_seq=${from}`), location.href).href;
-    this.worker.postMessage({task: 'record', url});
+    const url = this.client.absolute(`/simulations/${this.id}/frames?pace=every&topology=inline&after_seq=${from}`);
+    this.worker.postMessage({task: 'record', url, headers: this.client.credentials()});
     this.recording = true;
     this.tell('state');
   }

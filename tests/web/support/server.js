@@ -2,12 +2,12 @@ import {spawn} from 'node:child_process';
 import {createInterface} from 'node:readline';
 import {once} from 'node:events';
 
-/// Starts `isochor serve` on a free port: {url, stop(), restart()}. ISOCHOR_BINARY names the program.
-export async function start_server(port = 0) {
+/// Starts `isochor serve` on a free port, or on the one given: {url, port, stop()}. ISOCHOR_BINARY names the program.
+export async function start_server(port = 0, options = []) {
   if (process.env.ISOCHOR_URL) return {url: process.env.ISOCHOR_URL, stop() {}};
   const binary = process.env.ISOCHOR_BINARY;
   if (!binary) throw new Error('set ISOCHOR_BINARY to the built isochor program');
-  const child = spawn(binary, ['serve', '--port', String(port), '--json'], {stdio: ['ignore', 'pipe', 'inherit']});
+  const child = spawn(binary, ['serve', '--port', String(port), '--json', ...options], {stdio: ['ignore', 'pipe', 'inherit']});
   const lines = createInterface({input: child.stdout});
   const [first] = await Promise.race([once(lines, 'line'), once(child, 'exit').then(([code]) => {
     throw new Error(`isochor serve ended with ${code}`);
