@@ -80,6 +80,7 @@ PolygonSoup read_with_cgal(const CheckedMesh& mesh, MeshFormat format, Progress&
   MemoryBuffer buffer(mesh.plain, progress);
   std::istream in(&buffer);
   in.imbue(std::locale::classic());
+  in.exceptions(std::ios::badbit);  // a stream keeps bad_alloc to itself unless it is told not to
   const bool read_all = read(in, format, points, soup.polygons);
   progress.throw_if_cancelled();
   const auto vertices = static_cast<std::int64_t>(points.size());

@@ -1,13 +1,17 @@
 #include "server/cli/cli.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
+#include <new>
 #include <string_view>
 
 #include "server/build_info.h"
 #include "server/cli/commands.h"
+#include "server/memory_reserve.h"
 #include "server/messages/problem_messages.h"
 #include "server/problem.h"
 
@@ -68,7 +72,9 @@ int run(CLI::App& app, CliContext& context, int argc, char** argv) {
 
 }  // namespace
 
-int run_cli(int argc, char** argv) {
+int run_cli(int argc, char** argv) try {
+  keep_memory_reserve();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk: writing says so
   CLI::App app{"Tetrahedral models from any triangle mesh, simulated at constant volume", "isochor"};
   app.set_version_flag("--version", "isochor " + build_info().version);
   app.require_subcommand(1);
@@ -84,6 +90,10 @@ int run_cli(int argc, char** argv) {
   add_formats_command(app, context);
   add_generate_command(app, context);
   return run(app, context, argc, argv);
+} catch (const std::bad_alloc&) {
+  // Not even enough memory to say it properly.
+  constexpr std::string_view text = "error: out of memory\nhint: lower voxels or cells\n";
+  return ::write(STDERR_FILENO, text.data(), text.size()) < 0 ? exit_internal : exit_budget;
 }
 
 }  // namespace isochor

@@ -5,7 +5,7 @@
 
 #include "server/http/router.h"
 #include "server/http/samples.h"
-#include "server/http/shared_texts.h"
+#include "server/http/shared_answers.h"
 #include "server/job_queue/job_queue.h"
 #include "server/store/catalog.h"
 #include "server/store/simulations.h"
@@ -20,7 +20,8 @@ struct Api {
   std::shared_ptr<Waker> waker;
   std::int64_t memory_limit;
   Catalog catalog;
-  SharedTexts texts;  ///< large answers under way
+  Shared<std::string> texts;  ///< large answers under way
+  Shared<DownloadFile> downloads;
   Simulations simulations;
   JobQueue jobs;
 };

@@ -10,6 +10,7 @@
 #include <ranges>
 
 #include "server/job_queue/retry_allocation.h"
+#include "server/memory_reserve.h"
 
 namespace isochor {
 namespace {
@@ -172,6 +173,7 @@ void Front::update(Entry& entry) {
 /// Deadlines, bounds over all connections, and those that have closed.
 void Front::sweep(Clock::time_point now) {
   last_tick_ = now;
+  keep_memory_reserve();
   std::size_t heads = 0, bodies = 0;
   for (auto& [id, entry] : std::views::reverse(entries_)) {
     Connection& connection = *entry.connection;

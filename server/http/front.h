@@ -32,7 +32,7 @@ class Front {
   Front& operator=(const Front&) = delete;
 
   /// Until stop(): then streams may end within the time given, and the rest is closed.
-  void run(std::chrono::milliseconds grace = std::chrono::milliseconds(500));
+  void run(std::chrono::milliseconds grace = std::chrono::milliseconds(250));
   void stop();  ///< from any thread
 
  private:

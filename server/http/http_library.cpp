@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 
 #include "server/messages/problem_messages.h"
 
@@ -40,13 +41,19 @@ class MemoryStream final : public httplib::Stream {
 class Exchange final : public httplib::Server {
  public:
   std::string run(std::string_view head, const Handler& handler) {
+    std::exception_ptr thrown;
     set_pre_routing_handler([&](const httplib::Request& request, httplib::Response& response) {
-      handler(request, response);
+      try {
+        handler(request, response);
+      } catch (...) {
+        thrown = std::current_exception();  // the library would make a bare 500 of it
+      }
       return HandlerResponse::Handled;
     });
     MemoryStream stream(head);
     bool closed = false;
     process_request(stream, true, closed, nullptr);
+    if (thrown) std::rethrow_exception(thrown);
     return stream.take_output();
   }
 };

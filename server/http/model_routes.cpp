@@ -60,25 +60,17 @@ Response get_ray(Api& api, const Request& request) {
 }
 
 /// One file as it is; a set of several as one archive, or one of them by its suffix.
-Response export_response(const std::string& stem, const ExportFormat& format, std::vector<ExportFile> files,
+DownloadFile download_of(const std::string& stem, const ExportFormat& format, std::vector<ExportFile> files,
                          const std::string* suffix) {
   if (suffix) {
     std::erase_if(files, [&](const ExportFile& file) { return file.name_suffix != *suffix; });
     if (files.empty()) refuse(404, "not_found", "the set has no file with this suffix", "");
   }
-  Response response;
-  std::string name = stem + files.front().name_suffix;
-  if (files.size() == 1) {
-    response.content_type = format.media_type;
-    response.body = std::make_shared<const std::string>(std::move(files.front().content));
-  } else {
-    for (ExportFile& file : files) file.name_suffix = stem + file.name_suffix;
-    name = fmt::format("{}-{}.tar", stem, format.name);
-    response.content_type = "application/x-tar";
-    response.body = std::make_shared<const std::string>(make_tar(files));
-  }
-  response.headers.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
-  return response;
+  if (files.size() == 1)
+    return {stem + files.front().name_suffix, std::string(format.media_type),
+            std::move(files.front().content)};
+  for (ExportFile& file : files) file.name_suffix = stem + file.name_suffix;
+  return {fmt::format("{}-{}.tar", stem, format.name), "application/x-tar", make_tar(files)};
 }
 
 /// File name characters that every system takes.
@@ -94,12 +86,22 @@ std::string stem_of(const std::string& name) {
 Response get_export(Api& api, const Request& request) {
   const auto stored = api.catalog.model(request.segment("id"));
   const ExportFormat& format = export_format(request.segment("format"));
-  const Model& model = *stored->model;
-  const ExportModel exported{
-      .mesh = model.mesh(), .embedding = model.embedding.get(), .comment = describe(model.options)};
   const std::string name =
       api.catalog.has_mesh(stored->mesh_id) ? api.catalog.mesh(stored->mesh_id)->name : "";
-  return export_response(stem_of(name), format, export_model(exported, format), request.parameter("file"));
+  const std::string* suffix = request.parameter("file");
+  const auto download = api.downloads.get(
+      fmt::format("{}/{}/{}/{}", stored->id, name, format.name, suffix ? *suffix : ""), [&] {
+        const Model& model = *stored->model;
+        const ExportModel exported{
+            .mesh = model.mesh(), .embedding = model.embedding.get(), .comment = describe(model.options)};
+        return download_of(stem_of(name), format, export_model(exported, format), suffix);
+      });
+  Response response;
+  response.content_type = download->content_type;
+  response.body = SharedBytes(download, &download->content);
+  response.headers.emplace_back("Content-Disposition",
+                                fmt::format("attachment; filename=\"{}\"", download->name));
+  return response;
 }
 
 Response list_models(const Api& api) {

@@ -39,10 +39,10 @@ void announce(const Server& server, bool json) {
   std::fflush(stdout);
 }
 
-/// Out within two seconds whatever still runs: nothing that is saved depends on it.
+/// Out within a second whatever still runs: nothing that is saved depends on it.
 void exit_late() {
   std::thread([] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    std::this_thread::sleep_for(std::chrono::milliseconds(750));
     std::_Exit(exit_ok);
   }).detach();
 }

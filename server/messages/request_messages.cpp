@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "core/parameters/parameters.h"
 #include "server/messages/object_reader.h"
 
@@ -9,25 +11,31 @@ namespace isochor {
 namespace {
 
 constexpr int max_depth = 64;
+constexpr std::size_t max_values = 100000, max_word = 400;
 constexpr double large = 1e9;
 
-/// nlohmann's trees are written and freed by recursion: an honest document is shallow.
-void check_depth(std::string_view text) {
+/// What an honest document never is: nlohmann's trees are written and freed by recursion, take tens of bytes
+/// a value, and copy a long number several times.
+void check_bounds(std::string_view text) {
   int depth = 0;
+  std::size_t values = 0, word = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
       if (c == '\\') ++i;
       if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > max_depth)
-        throw SyntaxError(fmt::format("the JSON is nested deeper than {} levels", max_depth));
-    } else if (c == ']' || c == '}') {
-      --depth;
+      continue;
     }
+    word = std::isalnum(static_cast<unsigned char>(c)) || c == '.' ? word + 1 : 0;
+    if (word > max_word)
+      throw SyntaxError(fmt::format("the JSON has a number of more than {} digits", max_word));
+    if (c == '"') in_string = true;
+    if (c == ']' || c == '}') --depth;
+    if (c == ',' && ++values > max_values)
+      throw SyntaxError(fmt::format("the JSON has more than {} values", max_values));
+    if ((c == '[' || c == '{') && ++depth > max_depth)
+      throw SyntaxError(fmt::format("the JSON is nested deeper than {} levels", max_depth));
   }
 }
 
@@ -98,11 +106,13 @@ MaterialChange read_material(const Json& json, const std::string& pointer) {
 }  // namespace
 
 Json parse_json(std::string_view text) {
-  check_depth(text);
+  check_bounds(text);
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {
     throw SyntaxError(fmt::format("the JSON is malformed at byte {}", error.byte));
+  } catch (const Json::out_of_range&) {
+    throw SyntaxError("the JSON has a number that is too large");
   }
 }
 

@@ -21,7 +21,7 @@ class SyntaxError : public Error {
       : Error(ErrorCode::cannot_read, what, "send one JSON document") {}
 };
 
-/// A document whose depth is bounded before a tree is built.
+/// A document whose depth and number of values are bounded before a tree is built.
 Json parse_json(std::string_view text);
 
 struct ModelRequest {

@@ -155,6 +155,7 @@ TEST_F(Resources, MalformedJsonIsNamed) {
   EXPECT_EQ(post(std::string(100000, '[')).status, 400);
   EXPECT_EQ(post("{\"mesh_id\":" + std::string(100000, '[') + std::string(100000, ']') + "}").status, 400);
   EXPECT_EQ(post("{\"mesh_id\":\"\xff\"}").status, 400);
+  EXPECT_EQ(post("{\"mesh_id\":1e999}").status, 400);
 }
 
 TEST_F(Resources, AnEstimateCostsNothing) {

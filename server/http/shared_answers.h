@@ -11,9 +11,10 @@ namespace isochor {
 
 /// Large answers, made once for all who are reading them at the same time and freed with the last: many slow
 /// readers of one model cost the memory of one.
-class SharedTexts {
+template <class T>
+class Shared {
  public:
-  SharedBytes get(const std::string& key, const std::function<std::string()>& make) {
+  std::shared_ptr<const T> get(const std::string& key, const std::function<T()>& make) {
     const auto slot = slots_.with([&](auto& slots) {
       std::erase_if(slots,
                     [](const auto& entry) { return entry.second.use_count() == 1 && entry.second->idle(); });
@@ -21,9 +22,9 @@ class SharedTexts {
       if (!found) found = std::make_shared<Slot>();
       return found;
     });
-    return slot->text.with([&](std::weak_ptr<const std::string>& text) {
-      if (SharedBytes known = text.lock()) return known;
-      const auto made = std::make_shared<const std::string>(make());
+    return slot->made.with([&](std::weak_ptr<const T>& text) {
+      if (auto known = text.lock()) return known;
+      const auto made = std::make_shared<const T>(make());
       text = made;
       return made;
     });
@@ -31,12 +32,16 @@ class SharedTexts {
 
  private:
   struct Slot {
-    Guarded<std::weak_ptr<const std::string>> text;
+    Guarded<std::weak_ptr<const T>> made;
     bool idle() const {
-      return text.with([](const auto& weak) { return weak.expired(); });
+      return made.with([](const auto& weak) { return weak.expired(); });
     }
   };
   Guarded<std::map<std::string, std::shared_ptr<Slot>>> slots_;
+};
+
+struct DownloadFile {
+  std::string name, content_type, content;
 };
 
 }  // namespace isochor

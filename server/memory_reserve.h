@@ -1,0 +1,11 @@
+#pragma once
+
+namespace isochor {
+
+/// Memory put aside for the moment when there is none: an allocation that fails gets it and is tried again,
+/// so that what unwinds after a bad_alloc can allocate (nlohmann's destructors do, and would end the
+/// program). Installs the handler at the first call, and puts memory aside again where it was spent. Any
+/// thread.
+void keep_memory_reserve();
+
+}  // namespace isochor

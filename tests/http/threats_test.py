@@ -1,0 +1,168 @@
+"""What a hostile peer may cost: of the real server's memory less than 16 MB and of its processor less than a second,
+for each threat, while it goes on answering others."""
+import contextlib
+import gzip
+import socket
+import threading
+import unittest
+
+from serving import Serving
+
+MEMORY = 16 << 20
+CPU_SECONDS = 1.0
+
+
+def flood(peer, part, most_bytes):
+    """Sends until the peer has enough; the bytes that it took."""
+    sent = 0
+    peer.settimeout(1.0)
+    with contextlib.suppress(OSError):
+        while sent < most_bytes:
+            sent += peer.send(part)
+    return sent
+
+
+class Threats(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Serving()
+        cls.server.wait_until_idle()
+        mesh = cls.server.send("POST", "/meshes?sample=tree")["id"]
+        model = cls.server.send("POST", "/models?wait_ms=10000", {"mesh_id": mesh})["result"]["model_id"]
+        cls.model = "/api/v1/models/" + model
+        for path in ("/voxels", "/tets", "/exports/msh2"):  # what an allocator keeps of honest use
+            cls.server.request("GET", "/models/" + model + path)
+
+    @classmethod
+    def tearDownClass(cls):
+        assert cls.server.stop() == 0
+
+    @contextlib.contextmanager
+    def bounded(self):
+        """Around an attack: what it costs, and that others are answered on the way."""
+        server, answered, over = self.server, [], threading.Event()
+
+        def ask():
+            while not over.is_set():
+                answered.append(server.request("GET", "/health")[0])
+                over.wait(0.02)
+
+        other = threading.Thread(target=ask)
+        server.forget_peak()
+        memory, cpu = server.resident_bytes(), server.cpu_seconds()
+        other.start()
+        try:
+            yield
+        finally:
+            over.set()
+            other.join()
+        self.assertEqual(set(answered), {200})
+        self.assertLess(server.peak_bytes() - memory, MEMORY)
+        self.assertLess(server.cpu_seconds() - cpu, CPU_SECONDS)
+
+    def head(self, method, path, *fields):
+        return self.server.head(method, path, *fields)
+
+    def token(self):
+        return "Authorization: Bearer " + self.server.token
+
+    def test_an_endless_request_line(self):
+        with self.bounded(), self.server.connect(b"GET /") as peer:
+            self.assertLess(flood(peer, b"a" * 65536, 512 << 20), MEMORY)
+
+    def test_endless_headers(self):
+        with self.bounded(), self.server.connect(b"GET / HTTP/1.1\r\n") as peer:
+            self.assertLess(flood(peer, b"X-A: b\r\n" * 8000, 512 << 20), MEMORY)
+
+    def test_a_chunked_body(self):
+        with self.bounded(), self.server.connect(self.head(
+                "POST", "/api/v1/meshes?name=a.obj", self.token(), "Transfer-Encoding: chunked")) as peer:
+            self.assertLess(flood(peer, b"10000\r\n" + b"v" * 65536 + b"\r\n", 512 << 20), MEMORY)
+
+    def test_a_body_of_undeclared_length(self):
+        with self.bounded(), self.server.connect(
+                self.head("POST", "/api/v1/meshes?name=a.obj", self.token())) as peer:
+            self.assertLess(flood(peer, b"v" * 65536, 512 << 20), MEMORY)
+
+    def test_a_body_longer_than_declared(self):
+        with self.bounded(), self.server.connect(
+                self.head("POST", "/api/v1/meshes?name=a.obj", self.token(), "Content-Length: 10")) as peer:
+            self.assertLess(flood(peer, b"v" * 65536, 512 << 20), MEMORY)
+
+    def test_a_gzip_bomb(self):
+        bomb = gzip.compress(b"0" * (64 << 20))
+        with self.bounded():
+            status = self.server.exchange(
+                self.head("POST", "/api/v1/models", self.token(), "Content-Type: application/json",
+                          "Content-Encoding: gzip", f"Content-Length: {len(bomb)}") + bomb)
+            self.assertEqual(status, 415)
+
+    def test_overlapping_ranges(self):
+        ranges = "Range: bytes=" + ",".join(["0-"] * 3000)
+        with self.bounded():
+            for _ in range(20):
+                self.assertIn(self.server.exchange(self.head("GET", "/main.js", ranges)), (400, 416))
+
+    def test_deep_and_wide_json(self):
+        bodies = [b"[" * (3 << 20), b"[" * 60 + b"]" * 60, b'{"a":' * 100000, b"1e" + b"9" * 3000000,
+                  b"[" + b"1," * 1900000 + b"1]"]
+        with self.bounded():
+            for body in bodies:
+                self.assertIn(self.server.request("POST", "/models", body)[0], (400, 415, 422))
+                self.assertIn(self.server.exchange(
+                    self.head("POST", "/api/v1/models", self.token(), "Content-Type: application/json",
+                              f"Content-Length: {len(body)}") + body), (400, 422))
+
+    def test_slow_heads(self):
+        part = self.head("GET", "/")[:-4] + b"\r\nX-Long: " + b"a" * 12000
+        with self.bounded():
+            peers = [self.server.connect(part) for _ in range(300)]
+            for _ in range(20):
+                self.assertEqual(self.server.request("GET", "/version")[0], 200)
+            for peer in peers:
+                peer.close()
+
+    def test_slow_bodies(self):
+        with self.bounded():
+            peers = [self.server.connect(self.head(
+                "POST", "/api/v1/meshes?name=a.obj", self.token(), f"Content-Length: {1 << 30}") + b"v" * 1000)
+                for _ in range(200)]
+            self.assertEqual(self.server.request("POST", "/meshes?sample=cube")[0] // 100, 2)
+            for peer in peers:
+                peer.close()
+
+    def test_slow_readers(self):
+        with self.bounded():
+            peers = [self.server.stream(self.model + path, receive_buffer=4096)
+                     for path in ("/voxels?shell=false", "/tets", "/exports/vtu", "/exports/tetgen") for _ in range(50)]
+            self.assertEqual(self.server.request("GET", "/version")[0], 200)
+            for peer in peers:
+                peer.recv(100)
+            for peer in peers:
+                peer.close()
+
+    def test_slow_viewers(self):
+        frames = self.server.new_simulation(cells=8)["frames"]
+        with self.bounded():
+            peers = [self.server.stream(frames, receive_buffer=4096) for _ in range(100)]
+            for peer in peers:
+                self.assertTrue(peer.recv(100))
+            for peer in peers:
+                peer.close()
+        self.server.request("DELETE", frames[len("/api/v1"):-len("/frames")])
+
+    def test_costly_requests_are_refused_by_their_estimate(self):
+        mesh = self.server.send("POST", "/meshes?sample=cube")["id"]
+        box = {"type": "deformable", "lattice": {"cells": [1024] * 3, "cell_size": 0.1, "origin": [0, 0, 0]}}
+        with self.bounded():
+            for path, body in (("/models", {"mesh_id": mesh, "params": {"voxels": 1024, "cells": 512}}),
+                               ("/models", {"mesh_id": mesh, "params": {"voxels": 10**9}}),
+                               ("/simulations", {"bodies": [box]}),
+                               ("/reports", {"kind": "scene", "scene": {"bodies": [box], "duration": 1e8}})):
+                status, problem = self.server.request("POST", path, body)
+                self.assertEqual(status, 422, problem)
+                self.assertTrue(problem["hint"] or problem["errors"])
+
+
+if __name__ == "__main__":
+    unittest.main()
