@@ -5,7 +5,7 @@
 namespace isochor::newton {
 namespace {
 
-constexpr std::int64_t cells_a_slab = 1024;
+constexpr std::int64_t cells_a_slab = 512;
 
 std::int64_t round_up(std::int64_t value) {
   return (value + chunk - 1) / chunk * chunk;

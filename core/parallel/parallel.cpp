@@ -6,6 +6,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace isochor {
@@ -13,31 +14,16 @@ namespace {
 
 thread_local bool inside_parallel_region = false;
 
-struct Job {
-  std::int64_t count = 0, grain = 1, chunks = 0;
-  detail::ChunkFunction function = nullptr;
-  void* context = nullptr;
-  std::atomic<std::int64_t> next{0};
-  std::exception_ptr failure;
-  std::mutex failure_mutex;
-
-  void work() {
-    inside_parallel_region = true;
-    for (std::int64_t chunk = next.fetch_add(1); chunk < chunks; chunk = next.fetch_add(1)) {
-      try {
-        function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
-      } catch (...) {
-        std::lock_guard lock(failure_mutex);
-        if (!failure) failure = std::current_exception();
-        next.store(chunks);
-      }
-    }
-    inside_parallel_region = false;
-  }
-};
+/// Hints the core that this is a spin loop.
+void pause() {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#endif
+}
 
 /// Workers that spin for a moment before they sleep: the solver's regions follow each other within
-/// microseconds.
+/// microseconds. Chunks are drawn from a ticket that carries the region's number and how many are left, so
+/// the caller waits for drawn chunks only, never for a worker that the system has put aside.
 class ThreadPool {
  public:
   ~ThreadPool() { resize(1); }
@@ -48,57 +34,103 @@ class ThreadPool {
     {
       std::lock_guard lock(mutex_);
       stop_ = true;
-      generation_.fetch_add(1);
     }
     wake_.notify_all();
     for (std::thread& worker : workers_) worker.join();
     workers_.clear();
     stop_ = false;
-    for (int i = 1; i < threads; ++i)
-      workers_.emplace_back([this, seen = generation_.load()] { loop(seen); });
+    for (int i = 1; i < threads; ++i) workers_.emplace_back([this, seen = region()] { loop(seen); });
   }
 
-  void run(Job& job) {
-    {
-      std::lock_guard lock(mutex_);
-      job_ = &job;
-      active_.store(static_cast<int>(workers_.size()));
-      generation_.fetch_add(1);
+  void run(std::int64_t count, std::int64_t grain, std::int64_t chunks, detail::ChunkFunction function,
+           void* context) {
+    count_.store(count, std::memory_order_relaxed);
+    grain_.store(grain, std::memory_order_relaxed);
+    chunks_.store(chunks, std::memory_order_relaxed);
+    function_.store(function, std::memory_order_relaxed);
+    context_.store(context, std::memory_order_relaxed);
+    done_.store(0, std::memory_order_relaxed);
+    failed_.store(false, std::memory_order_relaxed);
+    const std::uint64_t number = (region() + 1) & most_chunks;
+    // In one order for all threads with sleepers_ in loop(): one of both sees the other.
+    ticket_.store(number << chunk_bits | static_cast<std::uint64_t>(chunks));
+    if (sleepers_.load() > 0) {
+      { std::lock_guard lock(mutex_); }
+      wake_.notify_all();
     }
-    wake_.notify_all();
-    job.work();
-    for (int spin = 0; active_.load() > 0; ++spin) {
-      if (spin > spin_limit) std::this_thread::yield();
+    draw(number);
+    for (int spin = 0; done_.load(std::memory_order_acquire) < chunks; ++spin) {
+      if (spin < spin_limit)
+        pause();
+      else
+        std::this_thread::yield();
     }
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   }
+
+  static constexpr std::uint64_t most_chunks = 0xffffffff;
 
  private:
-  static constexpr int spin_limit = 4000;
+  static constexpr int chunk_bits = 32;
+  static constexpr int spin_limit = 1000;  ///< some 40 µs
+
+  std::uint64_t region() const { return ticket_.load() >> chunk_bits; }
+
+  /// Does chunks of the region while it has any.
+  void draw(std::uint64_t number) {
+    inside_parallel_region = true;
+    std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+    while (ticket >> chunk_bits == number && (ticket & most_chunks) > 0) {
+      // The exchange succeeds only while the region has chunks left: then what is read here belongs to it.
+      const std::int64_t chunk = chunks_.load(std::memory_order_relaxed) -
+                                 static_cast<std::int64_t>(ticket & most_chunks),
+                         count = count_.load(std::memory_order_relaxed),
+                         grain = grain_.load(std::memory_order_relaxed);
+      const detail::ChunkFunction function = function_.load(std::memory_order_relaxed);
+      void* const context = context_.load(std::memory_order_relaxed);
+      if (!ticket_.compare_exchange_weak(ticket, ticket - 1, std::memory_order_acq_rel)) continue;
+      try {
+        if (!failed_.load(std::memory_order_relaxed))
+          function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
+      } catch (...) {
+        std::lock_guard lock(mutex_);
+        if (!failure_) failure_ = std::current_exception();
+        failed_.store(true, std::memory_order_relaxed);
+      }
+      done_.fetch_add(1, std::memory_order_release);
+      ticket = ticket_.load(std::memory_order_acquire);
+    }
+    inside_parallel_region = false;
+  }
 
   void loop(std::uint64_t seen) {
     for (;;) {
-      for (int spin = 0; spin < spin_limit && generation_.load() == seen; ++spin) {
-      }
-      Job* job = nullptr;
-      {
+      for (int spin = 0; spin < spin_limit && region() == seen; ++spin) pause();
+      if (region() == seen) {
         std::unique_lock lock(mutex_);
-        wake_.wait(lock, [&] { return generation_.load() != seen; });
-        seen = generation_.load();
+        sleepers_.fetch_add(1);
+        wake_.wait(lock, [&] { return stop_ || region() != seen; });
+        sleepers_.fetch_sub(1);
         if (stop_) return;
-        job = job_;
       }
-      job->work();
-      active_.fetch_sub(1);
+      seen = region();
+      draw(seen);
     }
   }
 
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::atomic<std::uint64_t> generation_{0};
-  std::atomic<int> active_{0};
-  Job* job_ = nullptr;
+  std::atomic<int> sleepers_{0};
   bool stop_ = false;
+  std::exception_ptr failure_;  ///< the first one; the chunks not yet begun are skipped then
+  std::atomic<bool> failed_{false};
+
+  std::atomic<std::uint64_t> ticket_{0};  ///< the region's number, and below it the chunks left
+  std::atomic<std::int64_t> done_{0};     ///< chunks
+  std::atomic<std::int64_t> count_{0}, grain_{1}, chunks_{0};
+  std::atomic<detail::ChunkFunction> function_{nullptr};
+  std::atomic<void*> context_{nullptr};
 };
 
 /// One region at a time owns the workers; a region that finds them taken runs on its own thread.
@@ -128,7 +160,8 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
   if (count <= 0) return;
   grain = std::max<std::int64_t>(1, grain);
   const std::int64_t chunks = (count + grain - 1) / grain;
-  const bool alone = chunks == 1 || inside_parallel_region || thread_count() == 1;
+  const bool alone = chunks == 1 || chunks > static_cast<std::int64_t>(ThreadPool::most_chunks) ||
+                     inside_parallel_region || thread_count() == 1;
   std::unique_lock lock(pool_mutex, std::defer_lock);
   if (alone || !lock.try_lock()) {
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk)
@@ -136,10 +169,7 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
     return;
   }
   if (pool().size() != thread_count()) pool().resize(thread_count());
-  Job job;
-  job.count = count, job.grain = grain, job.chunks = chunks, job.function = function, job.context = context;
-  pool().run(job);
-  if (job.failure) std::rethrow_exception(job.failure);
+  pool().run(count, grain, chunks, function, context);
 }
 
 }  // namespace isochor
