@@ -37,7 +37,7 @@ TEST_P(Replay, EndsInAResultOrANamedError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Readers, Replay,
-                         testing::Values("obj", "stl", "ply", "off", "glb", "scene", "params"),
+                         testing::Values("obj", "stl", "ply", "off", "glb", "scene", "params", "http"),
                          [](const auto& test) { return std::string(test.param); });
 
 }  // namespace
