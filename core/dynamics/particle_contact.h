@@ -25,6 +25,8 @@ struct ParticleContact {
   bool sticking = false;         ///< held in all directions
   bool torn = false;             ///< has left the cone in this substep: does not stick again
   bool moved = true;             ///< is to be placed
+  bool attached = false;         ///< to the one plane's body at `anchor`, for good
+  Vec3 anchor = Vec3::Zero();
 };
 
 /// The directions in which the contact holds its particle.

@@ -111,7 +111,7 @@ void ParticleContacts::begin(const SoftBody& body, double h, std::span<const Mas
   memory_.clear();
   for (const Contact& contact : particles_) {
     slot_[contact.particle] = -1;
-    if (contact.planes == 0) continue;
+    if (contact.planes == 0 || contact.attached) continue;
     memory_slot_[contact.particle] = static_cast<std::int32_t>(memory_.size());
     memory_.push_back({contact.particle, contact.friction / (h_ * h_), contact.sticking});
   }
@@ -136,6 +136,21 @@ const ContactPlane* ParticleContacts::plane_of(std::int32_t particle, int source
   for (int k = 0; k < contact.planes; ++k)
     if (contact.plane[k].source == source) return &contact.plane[k];
   return nullptr;
+}
+
+bool ParticleContacts::attach(const SoftBody& body, std::int32_t particle, int source, const Vec3& anchor,
+                              double slop) {
+  if (slot_[particle] < 0) {
+    slot_[particle] = static_cast<std::int32_t>(particles_.size());
+    Contact& contact = particles_.emplace_back();
+    contact.particle = particle;
+    contact.plane[0].source = source;
+    contact.planes = 1;
+    contact.sticking = contact.attached = true;
+  }
+  Contact& contact = particles_[slot_[particle]];
+  contact.anchor = anchor;
+  return contact.moved = (anchor - body.positions.at(particle)).norm() > slop;
 }
 
 bool ParticleContacts::renew_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane,
@@ -186,6 +201,7 @@ void ParticleContacts::guess_friction(const SoftBody& body, Contact& contact) co
 
 Vec3 ParticleContacts::target(const SoftBody& body, const Contact& contact) const {
   const std::int32_t i = contact.particle;
+  if (contact.attached) return contact.anchor;
   if (contact.planes > 0 && contact.sticking)
     return onto_planes(contact, body.start_positions.at(i) + mean_shift(contact));
   const Vec3 free = predicted_.at(i) + body.inverse_masses[i] * contact.push;
@@ -218,6 +234,7 @@ bool ParticleContacts::update(const SoftBody& body, bool may_release) {
   for (std::size_t b = 0; b < blocked_.size(); ++b) {
     const std::int32_t i = blocked_[b].particle;
     Contact& contact = particles_[slot_[i]];
+    if (contact.attached) continue;
     const Vec3 reaction = body.masses[i] * (body.positions.at(i) - predicted_.at(i)) - contact.push;
     if (may_release && release(contact, reaction)) {
       changed = true;
@@ -278,7 +295,7 @@ bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& r
 std::span<const DueWrench> ParticleContacts::bounce(SoftBody& body, double h) {
   gains_.clear();
   for (const Contact& contact : particles_) {
-    for (int k = 0; k < contact.planes; ++k) {
+    for (int k = 0; k < contact.planes && !contact.attached; ++k) {
       const ContactPlane& plane = contact.plane[k];
       if (plane.restitution == 0.0 || plane.approach > -rest_speed) continue;
       const Vec3 surface = plane.surface_shift / h;

@@ -24,6 +24,12 @@ class ParticleContacts {
   /// Adds a plane, or replaces that of the same source.
   void set_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane);
   bool touches(std::int32_t particle) const;
+  /// Holds a particle on a body of begin(), at the anchor at the substep's end. Again with another anchor
+  /// when the body has gone elsewhere: true when that is farther than the slop (m).
+  bool attach(const SoftBody& body, std::int32_t particle, int source, const Vec3& anchor, double slop);
+  bool attached(std::int32_t particle) const {
+    return slot_[particle] >= 0 && particles_[slot_[particle]].attached;
+  }
   /// The particle's plane of that source, or null.
   const ContactPlane* plane_of(std::int32_t particle, int source) const;
   std::span<const ParticleContact> contacts() const { return particles_; }

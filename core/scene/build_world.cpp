@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "core/mesh_input/read_mesh.h"
@@ -152,15 +153,24 @@ int find_body(const Scene& scene, const std::string& name) {
   return static_cast<int>(found - scene.bodies.begin());
 }
 
+/// A rigid body's number in the RigidWorld.
+int find_rigid(const World& world, const std::string& name) {
+  const auto found = std::ranges::find(world.rigid_ids, find_body(world.scene, name));
+  if (found == world.rigid_ids.end())
+    throw Error(ErrorCode::invalid_argument, fmt::format("{} is not a rigid body", name),
+                "name one of the scene's rigid bodies");
+  return static_cast<int>(found - world.rigid_ids.begin());
+}
+
+void add_joint(World& world, const Joint& joint) {
+  constexpr std::array kinds{JointKind::ball, JointKind::hinge, JointKind::fixed};
+  world.rigid.add_joint({kinds[static_cast<std::size_t>(joint.type)], find_rigid(world, joint.a),
+                         find_rigid(world, joint.b), joint.anchor, joint.axis});
+}
+
 void add_pins(World& world, const Pin& pin) {
   const int id = find_body(world.scene, pin.body);
-  int rigid = -1;
-  if (pin.to) {
-    const auto found = std::ranges::find(world.rigid_ids, find_body(world.scene, *pin.to));
-    if (found == world.rigid_ids.end())
-      throw Error(ErrorCode::invalid_argument, fmt::format("{} is not a rigid body", *pin.to));
-    rigid = static_cast<int>(found - world.rigid_ids.begin());
-  }
+  const int rigid = pin.to ? find_rigid(world, *pin.to) : -1;
   const auto soft = std::ranges::find(world.soft, id, &SceneSoftBody::id);
   if (soft == world.soft.end())
     throw Error(ErrorCode::invalid_argument, fmt::format("{} is not a deformable body", pin.body));
@@ -168,8 +178,11 @@ void add_pins(World& world, const Pin& pin) {
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 p = body.positions.at(i);
     if (!pin.inside.contains(p) || body.inverse_masses[i] == 0.0) continue;
-    soft->pins.push_back(
-        {static_cast<std::int32_t>(i), rigid, rigid < 0 ? p : world.rigid.pose(rigid).to_local(p)});
+    const bool carried = rigid >= 0 && world.rigid.dynamic(rigid);
+    (carried ? soft->attachments : soft->pins)
+        .push_back(
+            {static_cast<std::int32_t>(i), rigid, rigid < 0 ? p : world.rigid.pose(rigid).to_local(p)});
+    if (carried) continue;
     body.inverse_masses[i] = 0.0;
     body.has_pins = true;
     body.velocities.set(i, Vec3::Zero());
@@ -221,6 +234,7 @@ World build_world(const Scene& scene, Progress& progress) {
     }
   }
   for (const Pin& pin : scene.pins) add_pins(world, pin);
+  for (const Joint& joint : scene.joints) add_joint(world, joint);
   for (SceneSoftBody& soft : world.soft) {
     build_springs(soft);
     build_projector(soft, scene.solver);

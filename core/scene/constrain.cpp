@@ -9,6 +9,8 @@ namespace {
 /// What friction still lacks then, the next substep starts from.
 constexpr int max_contact_rounds = 10;
 constexpr int release_rounds = 4;
+/// Distance from its anchor that a substep leaves an attached particle, in cells.
+constexpr double attachment_slop = 1e-7;
 constexpr int max_lift_rounds = 10;
 constexpr int max_recovery_rounds = 30;
 
@@ -28,6 +30,16 @@ ProjectionResult project(const Substep& step, SceneSoftBody& soft, ProjectionReq
                         [&] { result = soft.body.projector->project(request, soft.body.positions); });
   step.stats.iterations += result.iterations;
   return result;
+}
+
+/// Particles attached to rigid bodies with a mass go where these are going. True when that is news.
+bool follow_attachments(const World& world, SceneSoftBody& soft) {
+  bool moved = false;
+  for (const PinnedParticle& held : soft.attachments)
+    moved |= soft.contacts->attach(soft.body, held.particle, held.rigid,
+                                   world.rigid.predicted_pose(held.rigid).to_world(held.anchor),
+                                   attachment_slop * soft.body.cell_size);
+  return moved;
 }
 
 /// Rigid bodies answer to what presses on them: by their own motion, and by what they touch and are jointed
@@ -52,6 +64,7 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft,
       answer(step, soft);
     }
     step.world.phases.run(Phase::contacts, [&] {
+      changed |= follow_attachments(step.world, soft);
       changed |= detect_contacts(soft.body, step.world.rigid, step.h, contacts);
       if (changed) contacts.place(soft.body);
       if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);

@@ -135,7 +135,7 @@ bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, Pa
     const RigidSweep sweep(body, world, rigid, h);
     if (!sweep.may_meet(particles)) continue;
     for (const auto i : body.surface_particles) {
-      if (!(body.inverse_masses[i] > 0.0)) continue;
+      if (!(body.inverse_masses[i] > 0.0) || contacts.attached(i)) continue;
       if (const ContactPlane* known = sweep.massive() ? contacts.plane_of(i, rigid) : nullptr) {
         found |= contacts.renew_plane(body, i, sweep.follow(i, *known), sweep.slop());
         continue;
@@ -149,13 +149,14 @@ bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, Pa
   return found;
 }
 
-double deepest_penetration(const SoftBody& body, const RigidWorld& world) {
+double deepest_penetration(const SoftBody& body, const RigidWorld& world, const ParticleContacts& contacts) {
   Box particles;
   for (const auto i : body.surface_particles) particles.extend(body.positions.at(i));
   double deepest = 0.0;
   for (int rigid = 0; rigid < world.size(); ++rigid) {
     if (!overlaps(world_bounds(world.shape(rigid), world.pose(rigid)), particles)) continue;
     for (const auto i : body.surface_particles) {
+      if (!(body.inverse_masses[i] > 0.0) || contacts.attached(i)) continue;
       const Vec3 local = world.pose(rigid).to_local(body.positions.at(i));
       deepest = std::max(deepest, -world.shape(rigid).query(local).distance);
     }

@@ -12,7 +12,8 @@ constexpr double contact_slop = 1e-4;
 /// at again, since surfaces curve. True when something was added or moved. h is the substep's length.
 bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, ParticleContacts& contacts);
 
-/// Deepest surface particle in any rigid body at its present pose, m.
-double deepest_penetration(const SoftBody& body, const RigidWorld& world);
+/// Deepest surface particle in any rigid body at its present pose, m; pinned and attached ones are where the
+/// scene wants them.
+double deepest_penetration(const SoftBody& body, const RigidWorld& world, const ParticleContacts& contacts);
 
 }  // namespace isochor

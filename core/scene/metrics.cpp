@@ -57,7 +57,7 @@ Metrics measure(const World& world, const StepStats& stats) {
     metrics.inverted += count_inverted(*soft.body.mesh, soft.body.positions);
     if (soft.contacts)
       metrics.max_penetration =
-          std::max(metrics.max_penetration, deepest_penetration(soft.body, world.rigid));
+          std::max(metrics.max_penetration, deepest_penetration(soft.body, world.rigid, *soft.contacts));
   }
   return metrics;
 }

@@ -4,9 +4,9 @@ namespace isochor {
 namespace {
 
 constexpr std::array<const char*, static_cast<std::size_t>(Phase::count)> names{
-    "gravity", "edge_springs", "diagonal_springs", "spring_damping", "symplectic_euler", "implicit_euler",
-    "pins",    "grab",         "rigid_bodies",     "contacts",       "friction",         "restitution",
-    "volume",  "inversion"};
+    "gravity",  "edge_springs", "diagonal_springs", "spring_damping", "symplectic_euler", "implicit_euler",
+    "pins",     "grab",         "attachments",      "rigid_bodies",   "joints",           "contacts",
+    "friction", "restitution",  "volume",           "inversion"};
 
 }  // namespace
 

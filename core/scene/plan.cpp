@@ -107,6 +107,9 @@ class Planner {
            "damping is zero: the spring kernels take positions only");
     decide(Phase::pins, any([](const SceneSoftBody& s) { return !s.pins.empty(); }), "particles are pinned",
            "the scene pins nothing");
+    decide(Phase::attachments, any([](const SceneSoftBody& s) { return !s.attachments.empty(); }),
+           "particles are attached to rigid bodies with a mass: held as contacts that never let go",
+           "nothing is attached to a rigid body with a mass");
     decide(Phase::grab, world_.grab.has_value(), "a particle is being dragged", "nothing is being dragged");
   }
 
@@ -127,6 +130,9 @@ class Planner {
     for (int r = 0; r < world_.rigid.size(); ++r) massive += world_.rigid.dynamic(r);
     decide(Phase::rigid_bodies, rigid,
            fmt::format("{} rigid, {} of them with a mass", world_.rigid.size(), massive), "no rigid body");
+    decide(Phase::joints, !world_.scene.joints.empty(),
+           fmt::format("{} between rigid bodies, timed with them", world_.scene.joints.size()),
+           "the scene has no joint");
     const char* nobody = rigid ? "no deformable body" : "no rigid body to touch";
     decide(Phase::contacts, rigid && soft,
            massive > 0 ? "surface particles against rigid bodies, which give way inside the volume projection"
@@ -155,12 +161,14 @@ void plan_phases(World& world) {
 }
 
 void measure_phases(World& world) {
-  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, state = 0, implicit = 0;
+  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, attachments = 0, state = 0,
+               implicit = 0;
   for (const SceneSoftBody& soft : world.soft) {
     const SoftBody& body = soft.body;
     edges += body.springs.edges.bytes();
     diagonals += body.springs.diagonals.bytes();
     volume += body.projector->bytes();
+    attachments += static_cast<std::int64_t>(soft.attachments.capacity() * sizeof(PinnedParticle));
     pins += static_cast<std::int64_t>(soft.pins.capacity() * sizeof(PinnedParticle));
     if (soft.implicit) implicit += soft.implicit->bytes();
     if (soft.contacts) contacts += soft.contacts->bytes();
@@ -171,6 +179,7 @@ void measure_phases(World& world) {
   world.phases.set_bytes(Phase::diagonal_springs, diagonals);
   world.phases.set_bytes(Phase::volume, volume);
   world.phases.set_bytes(Phase::pins, pins);
+  world.phases.set_bytes(Phase::attachments, attachments);
   world.phases.set_bytes(Phase::contacts, contacts);
   world.phases.set_bytes(Phase::symplectic_euler, state);
   world.phases.set_bytes(Phase::implicit_euler, implicit);

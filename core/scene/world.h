@@ -19,8 +19,9 @@ struct PinnedParticle {
 struct SceneSoftBody {
   int id = 0;  ///< index in Scene::bodies
   SoftBody body;
-  std::shared_ptr<const Model> model;  ///< when made from a mesh
-  std::vector<PinnedParticle> pins;
+  std::shared_ptr<const Model> model;          ///< when made from a mesh
+  std::vector<PinnedParticle> pins;            ///< in place, or to a rigid body that nothing moves
+  std::vector<PinnedParticle> attachments;     ///< to rigid bodies with a mass, which feel them
   std::unique_ptr<ParticleContacts> contacts;  ///< absent when the scene has nothing to touch
   std::unique_ptr<TetInequality> tets;
   std::unique_ptr<ImplicitStep> implicit;  ///< absent where springs are stepped by symplectic Euler

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/scene/read_scene.h"
 #include "core/scene/simulation.h"
@@ -76,6 +77,105 @@ TEST(RigidScene, AStackComesToRest) {
   EXPECT_LT(end.metrics.kinetic_energy, 1e-9);
   EXPECT_NEAR(end.bodies[5].position.y(), 0.9, 1e-4);
   EXPECT_LT(end.metrics.max_penetration, 1e-5);
+}
+
+std::string rod(int i, const Vec3& at) {
+  return R"({"name":"rod)" + std::to_string(i) +
+         R"(","type":"rigid","shape":{"box":{"half_extents":[0.2,0.02,0.02]}},"mass":1,"friction":0,"position":[)" +
+         std::to_string(at.x()) + "," + std::to_string(at.y()) + "," + std::to_string(at.z()) + "]}";
+}
+
+/// T = 2π√(I/(m·g·d)) of a compound pendulum at small angles: a rod hung at its end by a hinge.
+TEST(RigidScene, AHingedRodSwingsAsAPendulum) {
+  const double inertia = (0.4 * 0.4 + 0.04 * 0.04) / 12.0 + 0.2 * 0.2;
+  const double period = 2.0 * std::numbers::pi * std::sqrt(inertia / (9.81 * 0.2));
+  const auto simulation = compile_text(R"({"duration":)" + std::to_string(period) + R"(,"frame_rate":)" +
+                                       std::to_string(400.0 / period) +
+                                       R"(,"bodies":[
+    {"name":"rod","type":"rigid","shape":{"box":{"half_extents":[0.02,0.2,0.02]}},"mass":1,"position":[0,-0.2,0],
+     "angular_velocity":[0,0,0.05],"velocity":[0.01,0,0]},
+    {"name":"hook","type":"rigid","shape":{"sphere":{"radius":0.01}},"static":true}],
+    "joints":[{"type":"hinge","a":"rod","b":"hook","anchor":[0,0,0],"axis":[0,0,1]}]})");
+  const Snapshot end = run_to_end(*simulation);
+  EXPECT_LT(std::abs(end.bodies[0].position.x()), 2e-5);
+  EXPECT_NEAR(end.bodies[0].position.norm(), 0.2, 1e-9);
+}
+
+/// Four rods in a ring, hung at a corner: the ring stays closed, and falls with the energy that gravity gives
+/// it.
+TEST(RigidScene, AClosedChainHolds) {
+  std::string bodies = R"({"name":"hook","type":"rigid","shape":{"sphere":{"radius":0.01}},"static":true,
+                            "position":[0,5,0]})";
+  bodies += "," + rod(0, {0.0, 0.0, 0.2}) + "," + rod(1, {0.0, 0.0, -0.2});
+  for (const double x : {-0.2, 0.2})
+    bodies +=
+        R"(,{"name":"side)" + std::string(x < 0.0 ? "0" : "1") +
+        R"(","type":"rigid","shape":{"box":{"half_extents":[0.02,0.02,0.2]}},"mass":1,"friction":0,"position":[)" +
+        std::to_string(x) + ",0,0]}";
+  const auto joint = [](const char* a, const char* b, double x, double z) {
+    return std::string(R"({"type":"ball","a":")") + a + R"(","b":")" + b + R"(","anchor":[)" +
+           std::to_string(x) + ",0," + std::to_string(z) + "]}";
+  };
+  const auto simulation = compile_text(
+      R"({"duration":1,"bodies":[)" + bodies + R"(],"joints":[)" + joint("rod0", "side1", 0.2, 0.2) + "," +
+      joint("side1", "rod1", 0.2, -0.2) + "," + joint("rod1", "side0", -0.2, -0.2) + "," +
+      joint("side0", "rod0", -0.2, 0.2) + "," + joint("rod0", "hook", -0.2, 0.2) + "]}");
+  Progress quiet;
+  Snapshot falling;
+  for (int i = 0; i < 15; ++i) falling = simulation->step(quiet);
+  EXPECT_GT(falling.metrics.kinetic_energy, 0.1);  // rods meet later, without bouncing
+  EXPECT_NEAR(falling.metrics.kinetic_energy, -falling.metrics.potential_energy,
+              0.01 * falling.metrics.kinetic_energy);
+  const Snapshot end = run_to_end(*simulation);
+  const auto corner = [&](int body, const Vec3& local) -> Vec3 {
+    return end.bodies[body].position + end.bodies[body].orientation * local;
+  };
+  EXPECT_LT((corner(1, {0.2, 0, 0}) - corner(4, {0, 0, 0.2})).norm(), 1e-8);
+  EXPECT_LT((corner(4, {0, 0, -0.2}) - corner(2, {0.2, 0, 0})).norm(), 1e-8);
+  EXPECT_LT((corner(2, {-0.2, 0, 0}) - corner(3, {0, 0, -0.2})).norm(), 1e-8);
+  EXPECT_LT((corner(3, {0, 0, 0.2}) - corner(1, {-0.2, 0, 0})).norm(), 1e-8);
+}
+
+/// A bar between two balls: the particles at its ends stay where they are held, and all momenta are kept.
+TEST(RigidScene, AttachedParticlesStayOnABodyThatFeelsThem) {
+  const auto simulation = compile_text(R"({"duration":0.5,"gravity":[0,0,0],"solver":{"springs":"symplectic"},
+    "bodies":[
+    {"name":"bar","type":"deformable","lattice":{"cells":[6,2,2],"cell_size":0.1,"origin":[-0.3,-0.1,-0.1]},
+     "density":1000,"edge_stiffness":1e4,"diagonal_stiffness":1e4},
+    {"name":"left","type":"rigid","shape":{"sphere":{"radius":0.2}},"mass":3,"position":[-0.4,0,0],
+     "velocity":[0,0,1],"angular_velocity":[2,0,0]},
+    {"name":"right","type":"rigid","shape":{"box":{"half_extents":[0.1,0.15,0.15]}},"mass":40,"position":[0.4,0,0],
+     "velocity":[0,-1,0]}],
+    "pins":[{"body":"bar","inside":{"min":[-1,-1,-1],"max":[-0.29,1,1]},"to":"left"},
+            {"body":"bar","inside":{"min":[0.29,-1,-1],"max":[1,1,1]},"to":"right"}]})");
+  Progress quiet;
+  Snapshot frame = simulation->snapshot();
+  const Vec3 linear = frame.metrics.linear_momentum, angular = frame.metrics.angular_momentum;
+  const auto held = [&](int body, bool left) {
+    std::vector<Vec3> local;
+    const BodySnapshot& rigid = frame.bodies[body];
+    const auto rest = simulation->topology()[0].rest_positions;
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      if (left ? rest[i].x() < -0.29 : rest[i].x() > 0.29)
+        local.push_back(rigid.orientation.conjugate() * (frame.bodies[0].positions[i] - rigid.position));
+    return local;
+  };
+  const auto on_left = held(1, true), on_right = held(2, false);
+  ASSERT_EQ(on_left.size(), 9U);
+  double farthest = 0.0;
+  while (!simulation->finished()) {
+    frame = simulation->step(quiet);
+    const auto now_left = held(1, true), now_right = held(2, false);
+    for (std::size_t i = 0; i < 9; ++i)
+      farthest = std::max({farthest, (now_left[i] - on_left[i]).norm(), (now_right[i] - on_right[i]).norm()});
+    EXPECT_LE(frame.metrics.max_cell_volume_error, 1e-6);
+    EXPECT_LT((frame.metrics.linear_momentum - linear).norm(), 1e-9);
+    if (frame.metrics.fallbacks == 0 && frame.metrics.recoveries == 0) {
+      EXPECT_LT((frame.metrics.angular_momentum - angular).norm(), 1e-9) << frame.t;
+    }
+  }
+  EXPECT_LT(farthest, 1e-6);
+  EXPECT_GT(frame.bodies[1].position.z(), 0.05);
 }
 
 struct TwoWay {
