@@ -104,7 +104,7 @@ class FeatureBuilder {
     positions_.resize(soup_.positions.size());
     for_all(positions_.size(),
             [&](std::size_t v) { positions_[v] = (soup_.positions[v] - grid_.origin) / grid_.spacing; });
-    merged_ = merge_vertices(soup_.positions);
+    merged_ = merge_vertices(soup_.positions, 0.0);
   }
 
   /// Along a Morton curve, so that neighbours in the order are neighbours in space.

@@ -79,6 +79,59 @@ int even_cells(double extent, double cell) {
   return 2 * std::max(1, static_cast<int>(std::ceil(extent / (2.0 * cell) - 1e-9)));
 }
 
+/// Calls visit(cell, i, j, k) for every cell of the grid.
+template <class Visit>
+void for_cells(const Grid& grid, Visit&& visit) {
+  std::int64_t cell = 0;
+  for (int k = 0; k < grid.size.z(); ++k)
+    for (int j = 0; j < grid.size.y(); ++j)
+      for (int i = 0; i < grid.size.x(); ++i) visit(cell++, i, j, k);
+}
+
+bool touches_kept(const Lattice& lattice, int i, int j, int k) {
+  const Vec3i low = (Vec3i(i, j, k).array() - 1).max(0),
+              high = (Vec3i(i, j, k).array() + 1).min(lattice.grid.size.array() - 1);
+  for (int z = low.z(); z <= high.z(); ++z)
+    for (int y = low.y(); y <= high.y(); ++y)
+      for (int x = low.x(); x <= high.x(); ++x)
+        if (lattice.kept[lattice.grid.index(x, y, z)] != 0) return true;
+  return false;
+}
+
+/// Volume in cells that the densities call for: each in full at a threshold of a half; others count the cells
+/// on the boundary for more or less, as keeping them does.
+double wanted_volume(const Lattice& lattice, double threshold) {
+  double volume = 0.0;
+  for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
+    const double density = lattice.density[cell];
+    if (density <= 0.0 || (lattice.kept[cell] == 0 && !touches_kept(lattice, i, j, k))) return;
+    volume += density < 1.0 ? std::clamp(density + 0.5 - threshold, 0.0, 1.0) : 1.0;
+  });
+  return volume;
+}
+
+// A flat side is kept or dropped as a whole layer, so that a box is off by up to half a cell a side whatever
+// the resolution. Scaling all of the lattice about the centroid of its cells corrects the volume and keeps
+// every angle. Where few cells are full, parts are thinner than cells, and the volume is no matter of
+// rounding.
+void fit_volume(double threshold, Lattice& lattice) {
+  constexpr double tolerance = 0.02, solid = 1.0 / 3.0;
+  Vec3 sum = Vec3::Zero();
+  std::int64_t full = 0;
+  for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
+    if (lattice.kept[cell] == 0) return;
+    sum += Vec3(i + 0.5, j + 0.5, k + 0.5);
+    full += lattice.density[cell] >= 1.0F;
+  });
+  const auto kept = static_cast<double>(lattice.kept_count);
+  if (static_cast<double>(full) < solid * kept) return;
+  const double wanted = wanted_volume(lattice, threshold);
+  const double volume = std::clamp(kept, (1.0 - tolerance) * wanted, (1.0 + tolerance) * wanted);
+  lattice.scale = std::cbrt(volume / kept);
+  lattice.grid.origin += (1.0 - lattice.scale) * lattice.grid.spacing * (sum / kept);
+  lattice.grid.spacing *= lattice.scale;
+}
+
 }  // namespace
 
 Grid lattice_grid(const Box& box, int cells, double margin) {
@@ -124,6 +177,7 @@ Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOp
     lattice.kept_count += lattice.kept[c];
     lattice.filled_count += lattice.kept[c] != 0 && lattice.density[c] <= threshold;
   }
+  if (options.fit_volume && lattice.kept_count > 0) fit_volume(options.density, lattice);
   return lattice;
 }
 

@@ -16,12 +16,14 @@ struct LatticeOptions {
   bool fill_holes = true;
   bool largest_only = false;
   Contacts contacts = Contacts::keep;
+  bool fit_volume = true;  ///< scale the lattice so that its cells have the volume of the voxels
   bool operator==(const LatticeOptions&) const = default;
 };
 
 /// Cubic cells, an even number on each axis, centred on the soup's box.
 struct Lattice {
-  Grid grid;
+  Grid grid;                       ///< after fit_volume
+  double scale = 1.0;              ///< by which fit_volume scaled it about the centroid of the kept cells
   std::vector<float> density;      ///< m(V)/M(V) of every cell of the grid
   std::vector<std::uint8_t> kept;  ///< 1 where the cell becomes five tetrahedra
   std::int64_t kept_count = 0;

@@ -10,6 +10,9 @@ namespace {
 
 constexpr std::size_t max_locations = 64;
 
+/// Of the box's longest edge: exporters leave seams that are round-off apart.
+constexpr double same_position = 1e-9;
+
 class DefectCounter {
  public:
   explicit DefectCounter(std::string_view name) : defect_{name, 0, {}} {}
@@ -28,7 +31,9 @@ class DefectCounter {
 
 class Inspector {
  public:
-  explicit Inspector(const TriangleSoup& soup) : soup_(soup), merged_(merge_vertices(soup.positions)) {}
+  explicit Inspector(const TriangleSoup& soup)
+      : soup_(soup),
+        merged_(merge_vertices(soup.positions, same_position * bounding_box(soup).size().maxCoeff())) {}
 
   MeshReport run() {
     report_.vertices = static_cast<std::int64_t>(soup_.positions.size());
@@ -74,8 +79,8 @@ class Inspector {
     duplicate.move_into(report_.defects);
   }
 
-  /// Triangles over merged vertices, without those of no area: they have no orientation and no edges to
-  /// speak of.
+  /// Triangles over merged vertices that have three of them. One of no area but three corners fills the gap
+  /// at a T-junction: without its edges a closed surface would look open.
   std::vector<Triangle> proper_triangles() {
     DefectCounter degenerate("degenerate_triangles");
     std::vector<Triangle> proper;
@@ -83,9 +88,8 @@ class Inspector {
     for (std::size_t t = 0; t < soup_.triangles.size(); ++t) {
       const Triangle& original = soup_.triangles[t];
       const Triangle triangle{merged_[original[0]], merged_[original[1]], merged_[original[2]]};
-      if (is_degenerate(triangle))
-        degenerate.add(centroid(original));
-      else
+      if (is_degenerate(triangle)) degenerate.add(centroid(original));
+      if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
         proper.push_back(triangle);
     }
     degenerate.move_into(report_.defects);

@@ -1,6 +1,7 @@
 #include "core/mesh_input/topology.h"
 
 #include <bit>
+#include <cmath>
 
 namespace isochor {
 namespace {
@@ -15,17 +16,58 @@ std::uint64_t hash(const Vec3& p) {
   return h;
 }
 
+/// Vertices by the cube that holds them. A cube is four tolerances wide, so that few vertices share one and
+/// few lie near a neighbour.
+class VertexTable {
+ public:
+  VertexTable(const std::vector<Vec3>& positions, double tolerance)
+      : positions_(positions), tolerance_(tolerance), table_(std::bit_ceil(2 * positions.size() + 1), -1) {}
+
+  /// The lowest vertex within the tolerance, or -1.
+  std::int32_t find(const Vec3& p) const {
+    std::int32_t found = -1;
+    const Vec3 low = cube(p - Vec3::Constant(tolerance_)), high = cube(p + Vec3::Constant(tolerance_));
+    Vec3 at;
+    for (at.z() = low.z(); at.z() <= high.z(); at.z() = next(at.z()))
+      for (at.y() = low.y(); at.y() <= high.y(); at.y() = next(at.y()))
+        for (at.x() = low.x(); at.x() <= high.x(); at.x() = next(at.x())) search(at, p, found);
+    return found;
+  }
+  void insert(std::int32_t v) {
+    std::size_t slot = hash(cube(positions_[v])) & (table_.size() - 1);
+    while (table_[slot] >= 0) slot = (slot + 1) & (table_.size() - 1);
+    table_[slot] = v;
+  }
+
+ private:
+  Vec3 cube(const Vec3& p) const {
+    return tolerance_ > 0.0 ? Vec3((p / (4.0 * tolerance_)).array().floor()) : p;
+  }
+  /// Beyond 2⁵³ there is no next whole number; without a tolerance there is no next cube either.
+  double next(double at) const { return tolerance_ > 0.0 && at + 1.0 > at ? at + 1.0 : HUGE_VAL; }
+
+  void search(const Vec3& at, const Vec3& p, std::int32_t& found) const {
+    for (std::size_t slot = hash(at) & (table_.size() - 1); table_[slot] >= 0;
+         slot = (slot + 1) & (table_.size() - 1)) {
+      const std::int32_t v = table_[slot];
+      if ((found < 0 || v < found) && (positions_[v] - p).cwiseAbs().maxCoeff() <= tolerance_) found = v;
+    }
+  }
+
+  const std::vector<Vec3>& positions_;
+  double tolerance_;
+  std::vector<std::int32_t> table_;
+};
+
 }  // namespace
 
-std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions) {
+std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions, double tolerance) {
   std::vector<std::int32_t> first(positions.size());
-  const std::size_t slots = std::bit_ceil(2 * positions.size() + 1);
-  std::vector<std::int32_t> table(slots, -1);
+  VertexTable table(positions, tolerance);
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    std::size_t slot = hash(positions[v]) & (slots - 1);
-    while (table[slot] >= 0 && positions[table[slot]] != positions[v]) slot = (slot + 1) & (slots - 1);
-    if (table[slot] < 0) table[slot] = static_cast<std::int32_t>(v);
-    first[v] = table[slot];
+    const std::int32_t found = table.find(positions[v]);
+    first[v] = found < 0 ? static_cast<std::int32_t>(v) : found;
+    if (found < 0) table.insert(first[v]);
   }
   return first;
 }

@@ -7,9 +7,9 @@
 
 namespace isochor {
 
-/// For each vertex the first one at exactly the same position (−0 is 0): itself when it has no duplicate
-/// before it.
-std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions);
+/// For each vertex the first one at the same position, no coordinate further off than the tolerance: itself
+/// when it has no duplicate before it.
+std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions, double tolerance);
 
 /// An undirected edge and how many triangles run along it in each direction.
 struct EdgeUse {

@@ -154,6 +154,13 @@ std::vector<Parameter> make_table() {
        "keep them, fill the cells between, or separate them.",
        Type::choice},
       contacts, [](auto& o) -> auto& { return o.lattice.contacts; }));
+  rows.push_back(always<bool>(
+      {"fit_volume", "Fit the volume", "", "lattice",
+       "Scales the lattice of a solid so that its volume is within 2 % of the voxels'; off leaves whole "
+       "cells as "
+       "they fall.",
+       Type::boolean},
+      [](auto& o) -> auto& { return o.lattice.fit_volume; }));
   rows.push_back(always<Integer>(
       {"smoothing_iterations", "Smoothing iterations", "", "smoothing",
        "Rounds of boundary smoothing with the volume kept; 0 leaves the stairs of the lattice, more round "

@@ -22,6 +22,16 @@ void warn(Model& model, std::string text, std::string parameter, double value) {
   model.warnings.push_back(std::move(text));
 }
 
+/// The p_in_voxels that a sheet needs to stay in one piece, 2·d_in ≥ 3·density·cell, and at least a quarter
+/// more than now; rounded up to halves.
+std::optional<double> wider_p_in(const Model& model) {
+  const double cell = model.lattice->grid.spacing / model.field->grid.spacing;
+  const double needed = std::max(1.5 * model.options.lattice.density * cell,
+                                 1.25 * model.pseudo_volume->thresholds.p_in_voxels);
+  const double p_in = std::ceil(2.0 * needed) / 2.0;
+  return p_in <= 16.0 ? std::optional(p_in) : std::nullopt;
+}
+
 MeshingOptions with_p_in(const MeshingOptions& options, double p_in_voxels) {
   MeshingOptions changed = options;
   PseudoVolumeOptions& thresholds = changed.pseudo_volume;
@@ -33,19 +43,14 @@ MeshingOptions with_p_in(const MeshingOptions& options, double p_in_voxels) {
 
 bool covers_input(const std::shared_ptr<const TriangleSoup>& soup, const MeshingOptions& options,
                   Progress& progress) {
-  PipelineStages stages(soup);
-  const auto model = stages.run(options, progress);
+  const auto model = PipelineStages(soup).run(options, progress);
   return model->lattice->kept_count > 0 && model->quality.coverage >= enough_coverage;
 }
 
-/// The smallest p_in_voxels tried, at or above what a sheet needs (2·d_in ≥ 3·density·cell), with which the
-/// model covers the input.
+/// The first of a few larger p_in_voxels that was tried and gives a model that covers the input.
 std::optional<double> find_p_in(const Model& model, Progress& progress) {
-  const double cell = model.lattice->grid.spacing / model.field->grid.spacing;
-  const double needed = std::max(1.5 * model.options.lattice.density * cell,
-                                 1.25 * model.pseudo_volume->thresholds.p_in_voxels);
-  for (double p_in = std::ceil(2.0 * needed) / 2.0; p_in <= 16.0; p_in = std::ceil(3.0 * p_in) / 2.0)
-    if (covers_input(model.soup, with_p_in(model.options, p_in), progress)) return p_in;
+  for (auto p_in = wider_p_in(model); p_in && *p_in <= 16.0; p_in = std::ceil(3.0 * *p_in) / 2.0)
+    if (covers_input(model.soup, with_p_in(model.options, *p_in), progress)) return p_in;
   return std::nullopt;
 }
 
@@ -64,14 +69,14 @@ void throw_empty(const Model& model, Progress& progress) {
                   fmt::format("{:.2f}", *std::ranges::max_element(model.lattice->density)));
 }
 
-void add_warnings(Model& model, Progress& progress) {
+void add_warnings(Model& model) {
   const QualitySummary& quality = model.quality;
   const Lattice& lattice = *model.lattice;
   if (quality.coverage < enough_coverage) {
     const std::string text =
         fmt::format("the model covers {:.1f} % of the input's area; the rest lies more than a cell away",
                     100.0 * quality.coverage);
-    if (const auto p_in = find_p_in(model, progress))
+    if (const auto p_in = wider_p_in(model))
       warn(model, fmt::format("{}: try p_in_voxels {}", text, *p_in), "p_in_voxels", *p_in);
     else
       warn(model, text + ": try the preset thin or more cells");

@@ -19,7 +19,7 @@ std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& option
   check_budget(*stages_->soup(), options, memory_budget());
   std::shared_ptr<Model> model = stages_->run(options, progress);
   if (model->lattice->kept_count == 0) throw_empty(*model, progress);
-  add_warnings(*model, progress);
+  add_warnings(*model);
   return model;
 }
 

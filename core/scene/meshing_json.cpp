@@ -16,17 +16,15 @@ std::optional<ParameterValue> to_value(const Json& json) {
   return std::nullopt;
 }
 
-void add_preset(const Json& name, const std::string& pointer, std::vector<NamedValue>& values,
-                std::vector<ErrorDetail>& faults) {
-  for (const Preset& preset : meshing_presets()) {
-    if (name != preset.name) continue;
-    for (const auto& [key, value] : preset.values) values.emplace_back(std::string(key), value);
-    return;
-  }
+MeshingOptions options_of_preset(const Json& name, const std::string& pointer,
+                                 std::vector<ErrorDetail>& faults) {
+  for (const Preset& preset : meshing_presets())
+    if (name == preset.name) return preset_options(preset.name);
   std::string known;
   for (const Preset& preset : meshing_presets())
     known += (known.empty() ? "" : ", ") + std::string(preset.name);
   faults.push_back({pointer, "must be one of " + known, {}, {}});
+  return {};
 }
 
 }  // namespace
@@ -38,7 +36,7 @@ MeshingOptions read_meshing(const Json& json, const std::string& pointer, std::v
     return options;
   }
   std::vector<NamedValue> values;
-  if (json.contains("preset")) add_preset(json["preset"], pointer + "/preset", values, faults);
+  if (json.contains("preset")) options = options_of_preset(json["preset"], pointer + "/preset", faults);
   for (const auto& [name, value] : json.items()) {
     if (name == "preset") continue;
     if (auto read = to_value(value))

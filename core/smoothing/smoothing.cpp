@@ -1,6 +1,7 @@
 #include "core/smoothing/smoothing.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/parallel/parallel.h"
 #include "core/smoothing/boundary_graph.h"
@@ -9,6 +10,9 @@
 
 namespace isochor {
 namespace {
+
+/// A lone cell keeps its shape however much it shrinks and grows back; only larger components tell of a loss.
+constexpr double notable_share = 0.01;
 
 void refuse_outside(const char* name, double value, double min, double max) {
   if (value >= min && value <= max) return;
@@ -56,8 +60,10 @@ Smoothed smooth(const TetMesh& mesh, const SmoothingOptions& options, Progress& 
   }
   result.limited_vertices = limiter.limited_vertices();
   const std::vector<double> shrunk = component_volumes(result.mesh, components);
+  const double notable = notable_share * std::reduce(volumes.begin(), volumes.end());
   for (int c = 0; c < components.count; ++c)
-    result.largest_shrinkage = std::max(result.largest_shrinkage, 1.0 - shrunk[c] / volumes[c]);
+    if (volumes[c] >= notable)
+      result.largest_shrinkage = std::max(result.largest_shrinkage, 1.0 - shrunk[c] / volumes[c]);
   rescale(components, volumes, result.mesh);
   return result;
 }

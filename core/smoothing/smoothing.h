@@ -20,7 +20,9 @@ struct SmoothingOptions {
 
 struct Smoothed {
   TetMesh mesh;
-  double largest_shrinkage = 0.0;  ///< relative volume lost by a component before rescaling; warn above 0.05
+  /// Relative volume lost before rescaling by a component that holds at least a hundredth of the model; warn
+  /// above 0.05.
+  double largest_shrinkage = 0.0;
   std::int64_t limited_vertices = 0;
 };
 

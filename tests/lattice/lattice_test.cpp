@@ -45,6 +45,7 @@ TEST(Lattice, DensityCountsVoxelCentres) {
   for (const int cells : {8, 6, 10}) {
     LatticeOptions options;
     options.cells = cells;
+    options.fit_volume = false;
     const Lattice lattice = make_lattice(volume, box_of(extent), options, progress);
     for (int ck = 0; ck < lattice.grid.size.z(); ++ck)
       for (int cj = 0; cj < lattice.grid.size.y(); ++cj)
@@ -79,6 +80,35 @@ TEST(Lattice, ABoxOfVoxelsBecomesItsCells) {
   EXPECT_EQ(lattice.kept_count, 8 * 4 * 2);
   EXPECT_EQ(lattice.components, 1);
   EXPECT_EQ(lattice.filled_count, 0);
+}
+
+TEST(Lattice, FitsTheVolumeOfASlabWhoseSidesFallBetweenCells) {
+  const Vec3i extent(96, 96, 62);  // 15.5 cells of 4 voxels become 16
+  const auto solid = [&](const Vec3& p) {
+    return (p.array() > 0.0).all() && (p.array() < extent.cast<double>().array()).all();
+  };
+  Progress progress;
+  LatticeOptions options;
+  options.fit_volume = false;
+  const Lattice plain = make_lattice(volume_on(extent, solid), box_of(extent), options, progress);
+  options.fit_volume = true;
+  const Lattice fitted = make_lattice(volume_on(extent, solid), box_of(extent), options, progress);
+  EXPECT_EQ(fitted.kept, plain.kept);
+  const auto volume = [&](const Lattice& lattice) {
+    return static_cast<double>(lattice.kept_count) * std::pow(lattice.grid.spacing, 3) /
+           extent.cast<double>().prod();
+  };
+  EXPECT_NEAR(volume(plain), 16.0 / 15.5, 1e-12);
+  EXPECT_NEAR(volume(fitted), 1.02, 1e-12);
+  EXPECT_NEAR(fitted.grid.spacing, fitted.scale * plain.grid.spacing, 1e-12);
+  const auto middle = [](const Grid& grid) -> Vec3 {
+    return grid.origin + 0.5 * grid.spacing * grid.size.cast<double>();
+  };
+  EXPECT_LT((middle(fitted.grid) - middle(plain.grid)).norm(), 1e-9);
+
+  const auto leaf = [&](const Vec3& p) { return solid(p) && p.z() > 29.0 && p.z() < 33.0; };
+  options.density = 0.2;
+  EXPECT_EQ(make_lattice(volume_on(extent, leaf), box_of(extent), options, progress).scale, 1.0);
 }
 
 TEST(Lattice, LargestOnlyDropsTheRest) {

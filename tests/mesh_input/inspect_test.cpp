@@ -75,7 +75,9 @@ TEST(Inspect, CountsDuplicatesAndDegenerates) {
   EXPECT_EQ(count(report, "degenerate_triangles"), 2);
   EXPECT_EQ(count(report, "unused_vertices"), 2);
   EXPECT_EQ(count(report, "duplicate_vertices"), 1);
-  EXPECT_EQ(count(report, "non_manifold_edges"), 3);
+  // Three of the duplicate, and the one that the degenerate triangle without area but with three corners
+  // uses.
+  EXPECT_EQ(count(report, "non_manifold_edges"), 4);
   EXPECT_EQ(report.bounds.max, Vec3(1, 1, 1));
 }
 
@@ -96,6 +98,32 @@ TEST(Inspect, MergesVerticesByPositionAndCountsComponents) {
   EXPECT_TRUE(report.closed);
   EXPECT_EQ(report.components, 1);
   EXPECT_EQ(count(report, "duplicate_vertices"), 28);
+}
+
+TEST(Inspect, ASeamThatIsRoundOffWideIsClosed) {
+  TriangleSoup soup = cube();
+  std::vector<Vec3> corners = soup.positions;
+  for (std::size_t t = 0; t < 6; ++t)
+    for (std::int32_t& v : soup.triangles[t]) {
+      soup.positions.push_back(corners[v] + Vec3(3e-17, -2e-16, 1e-16));
+      v = static_cast<std::int32_t>(soup.positions.size()) - 1;
+    }
+  EXPECT_TRUE(inspect(soup).closed);
+  for (Vec3& p : soup.positions) p += Vec3::Constant(1e-6 * (&p - soup.positions.data() < 8));
+  EXPECT_FALSE(inspect(soup).closed);
+}
+
+TEST(Inspect, AFillerOfATJunctionClosesTheSurface) {
+  TriangleSoup soup = cube();
+  const Triangle whole = soup.triangles[0];
+  const auto middle = static_cast<std::int32_t>(soup.positions.size());
+  soup.positions.push_back(0.5 * (soup.positions[whole[0]] + soup.positions[whole[1]]));
+  soup.triangles[0] = {whole[0], middle, whole[2]};
+  soup.triangles.push_back({middle, whole[1], whole[2]});
+  EXPECT_FALSE(inspect(soup).closed);
+  soup.triangles.push_back({whole[0], whole[1], middle});
+  EXPECT_TRUE(inspect(soup).closed);
+  EXPECT_EQ(count(inspect(soup), "degenerate_triangles"), 1);
 }
 
 TEST(Inspect, TwoCubesOnOneFaceAreNonManifold) {

@@ -48,9 +48,11 @@ TEST_P(RealMeshes, HaveTheirVolumeAt48Cells) {
   Progress progress;
   const auto model = AuthoringPipeline(soup_).run(options, progress);
   EXPECT_EQ(model->quality.inverted, 0);
-  EXPECT_GE(model->quality.min_dihedral_deg, 20.0);
+  EXPECT_GE(model->quality.min_dihedral_deg, 29.0);
   if (!model->input->closed) return;
-  EXPECT_NEAR(model->quality.volume / std::abs(model->input->volume), 1.0, 0.03);
+  const bool self_intersecting =
+      std::string_view(GetParam()) == "featuretype.obj";  // it counts overlaps twice
+  EXPECT_NEAR(model->quality.volume / std::abs(model->input->volume), 1.0, self_intersecting ? 0.06 : 0.03);
   EXPECT_LT(model->quality.boundary_to_input, std::sqrt(3.0) * model->mesh().grid.spacing);
 }
 

@@ -184,6 +184,10 @@ TEST(MeshingOptions, APresetIsTheBaseOfWhatStandsBesideIt) {
   const MeshingOptions thin = read_meshing_options(R"({"preset":"thin","cells":20})");
   EXPECT_EQ(thin.pseudo_volume.p_in_voxels, 4.0);
   EXPECT_EQ(thin.lattice.cells, 20);
+  // Beyond the preset's p_subs_voxels of 6, which then follows.
+  const MeshingOptions thick = read_meshing_options(R"({"preset":"thin","p_in_voxels":7})");
+  EXPECT_EQ(thick.pseudo_volume.p_in_voxels, 7.0);
+  EXPECT_EQ(thick.pseudo_volume.p_subs_voxels, 7.0);
   EXPECT_THROW(read_meshing_options(R"({"preset":"thick"})"), Error);
 }
 
