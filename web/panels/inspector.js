@@ -5,6 +5,7 @@ import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
 import {picked_panel} from './picked_panel.js';
 import {report_panel} from './report_panel.js';
+import {stability_panel} from './stability_panel.js';
 import {live_plots} from './live_plots.js';
 
 export function inspector(app) {
@@ -15,7 +16,8 @@ export function inspector(app) {
     panel('Picked', picked_panel(app)),
     live,
     panel('Plan', plan_panel(app)),
-    panel('Error against run time', report_panel(app)));
+    panel('Error against run time', report_panel(app)),
+    panel('Stability', stability_panel(app)));
   app.simulation.addEventListener('bodies', () => root.scrollTo({top: live.offsetTop - root.offsetTop}));
   return root;
 }

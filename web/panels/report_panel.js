@@ -12,12 +12,12 @@ export function report_panel(app) {
   const progress = progress_row(measuring);
   const budget = budget_row(app, measuring, field);
   const size = h('select', {'aria-label': 'Grid of settings'}, h('option', {value: 'quick'}, 'Quick grid'), h('option', {value: 'full'}, 'Full grid'));
-  const start = button('Measure', () => app.run(() => measuring.run(size.value, 0.5)), {label: 'Measure error against run time'});
+  const start = button('Measure', () => app.run(() => measuring.scene(size.value)), {label: 'Measure error against run time'});
   const result = h('div', {class: 'report', hidden: true}, field, plot, budget);
   const draw = () => {
     const {report} = measuring;
-    result.hidden = !report;
-    if (!report) return;
+    result.hidden = !report?.points.length;
+    if (result.hidden) return;
     const take = index => {
       app.store.set(settings_changes(report.points[index].settings), 'settings of a measured point');
       app.say(`Taken: ${report.points[index].series}`);
@@ -27,8 +27,9 @@ export function report_panel(app) {
     plot.replaceChildren(error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), legend(report), orders(report, field.value));
   };
   measuring.addEventListener('report', () => {
-    measuring.selected = null;
-    field.replaceChildren(...(measuring.report?.fields ?? []).map(({name, label}) => h('option', {value: name}, label)));
+    const {report} = measuring;
+    if (!report) measuring.selected = null;
+    if (report && !field.length) field.append(...report.fields.map(({name, label}) => h('option', {value: name}, label)));
     draw();
   });
   field.addEventListener('change', draw);
@@ -52,8 +53,9 @@ export function progress_row(measuring) {
 
 const legend = report => h('ul', {class: 'legend'}, series_of(report).map((name, k) => h('li', {class: `series-${k % 6}`}, name)));
 
-const orders = (report, field) => h('ul', {class: 'quiet'}, report.orders.filter(({error, points}) => error === field && points > 2)
-  .map(({order, axis, series}) => h('li', {}, `order ${order.toFixed(2)} in ${axis}: ${series}`)));
+const orders = (report, field) => h('details', {class: 'quiet'}, h('summary', {}, 'Orders of convergence'),
+  h('ul', {}, report.orders.filter(({error, points}) => error === field && points > 2)
+    .map(({order, axis, series}) => h('li', {}, `${order.toFixed(2)} in ${axis}: ${series}`))));
 
 function budget_row(app, measuring, field) {
   const id = unique_id('budget');

@@ -21,8 +21,8 @@ export function error_plot(report, field, {width = 264, height = 240, on_pick = 
   const x = scale(report.points.map(point => point.ms_per_step.median).filter(ms => ms > 0), box.left, box.right);
   const y = scale(report.points.filter(usable).map(point => error_of(point, field)), box.bottom, box.top + 10);
   const plot = element('svg', {viewBox: `0 0 ${width} ${height}`, class: 'error-plot', role: 'group', 'aria-label': 'Error over milliseconds a step'});
-  plot.append(...axis_lines(x, y, box), front_line(report, field, x, y));
   const names = series_of(report);
+  plot.append(...axis_lines(x, y, box), ...names.map((name, k) => curve(report, field, name, k, x, y)), front_line(report, field, x, y));
   const order = report.points.map((point, index) => ({point, index})).filter(({point}) => point.ms_per_step.median > 0)
     .sort((a, b) => a.point.ms_per_step.median - b.point.ms_per_step.median);
   const dots = order.map(({point, index}) => dot(point, index, field, names.indexOf(point.series), x, usable(point) ? y(error_of(point, field)) : box.top));
@@ -35,7 +35,8 @@ export function error_plot(report, field, {width = 264, height = 240, on_pick = 
 const error_of = (point, field) => Math.max(point.errors[field] ?? floor, floor);
 
 function scale(values, from, to) {
-  const low = Math.floor(Math.log10(Math.min(...values, 1))), high = Math.ceil(Math.log10(Math.max(...values, 1e-16)) + 1e-9);
+  const known = values.length ? values : [1];
+  const low = Math.floor(Math.log10(Math.min(...known))), high = Math.ceil(Math.log10(Math.max(...known)) + 1e-9);
   const place = value => from + (to - from) * (Math.log10(value) - low) / Math.max(1, high - low);
   place.decades = Array.from({length: Math.max(1, high - low) + 1}, (_, k) => low + k);
   return place;
@@ -55,10 +56,17 @@ function axis_lines(x, y, box) {
   ];
 }
 
+const polyline = (points, field, x, y) =>
+  points.map((point, k) => `${k ? 'L' : 'M'}${x(point.ms_per_step.median)} ${y(error_of(point, field))}`).join('') || 'M0 0';
+
 function front_line(report, field, x, y) {
   const points = (report.fronts[field] ?? []).map(index => report.points[index]);
-  const path = points.map((point, k) => `${k ? 'L' : 'M'}${x(point.ms_per_step.median)} ${y(error_of(point, field))}`).join('');
-  return element('path', {d: path || 'M0 0', class: 'front'});
+  return element('path', {d: polyline(points, field, x, y), class: 'front'});
+}
+
+function curve({points}, field, name, series, x, y) {
+  const own = points.filter(point => point.series === name && usable(point) && point.ms_per_step.median > 0);
+  return element('path', {d: polyline(own, field, x, y), class: `curve series-${series % 6}`});
 }
 
 function dot(point, index, field, series, x, at) {

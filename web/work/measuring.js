@@ -1,40 +1,54 @@
 import {finish_job} from '../wire/jobs.js';
 import {wire_scene} from '../state/scene_templates.js';
 
+const own = [];  // an axis left as the scene has it
 const grids = {
-  quick: {solvers: ['newton', 'scaling'], tolerances: [1e-2, 1e-4, 1e-6], substeps: [1, 2, 4]},
-  full: {solvers: ['newton', 'scaling', 'gradient'], tolerances: [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8], substeps: [1, 2, 4, 8, 16]},
+  quick: {duration: 0.1, repeats: 1, refinement: 4,
+    axes: {solvers: ['newton'], springs: ['auto', 'implicit'], tolerances: [1e-2, 1e-4, 1e-6], substeps: [2, 8, 16], resolutions: own}},
+  full: {duration: 0.5, repeats: 3, refinement: 16,
+    axes: {solvers: ['newton', 'scaling', 'gradient'], springs: ['auto', 'implicit'], tolerances: [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8], substeps: [1, 2, 4, 8, 16, 32], resolutions: own}},
 };
 
-/// Error against run time of the present scene, as a job on the server. Events: progress, report.
+/// A report made by the server, which grows while its job runs; what was done stays when it is cancelled.
+/// Events: progress, report.
 export class Measuring extends EventTarget {
   constructor(app) {
     super();
     Object.assign(this, {app, report: null, job: null});
   }
 
-  /// size: 'quick' or 'full'; duration in seconds.
-  async run(size, duration) {
+  /// Error against run time of the present scene. size: 'quick' or 'full'.
+  async scene(size) {
     const {app} = this;
     if (!app.meshing.model) return;
-    const scene = {...wire_scene(app.store.get('scene'), app.meshing.model.id), duration};
-    await this.follow({kind: 'scene', scene, axes: grids[size], repeats: size === 'full' ? 3 : 1}, 'report');
+    const {duration, ...grid} = grids[size];
+    await this.follow({kind: 'scene', scene: {...wire_scene(app.store.get('scene'), app.meshing.model.id), duration}, ...grid});
   }
 
+  /// The stiff and extreme cases.
   async stability() {
-    await this.follow({kind: 'stability', quick: true}, 'stability_report');
+    await this.follow({kind: 'stability', quick: true});
   }
 
-  async follow(request, name) {
-    const abort = this.abort = new AbortController();
+  async follow(request) {
+    this.abort?.abort();
+    const {signal} = this.abort = new AbortController();
+    this.take(null);
     try {
-      const job = await this.app.client.send('POST', '/reports', request, {signal: abort.signal});
-      const result = await finish_job(this.app.client, job, {signal: abort.signal, on_progress: now => this.show(now)});
-      this[name] = result.report;
-      this.dispatchEvent(new Event('report'));
+      const job = await this.app.client.send('POST', '/reports', request, {signal});
+      this.take(await finish_job(this.app.client, job, {signal, on_progress: now => {
+        this.show(now);
+        this.take(now.result);
+      }}));
     } finally {
-      this.show(null);
+      if (this.abort.signal === signal) this.show(null);
     }
+  }
+
+  take(result) {
+    if (result && !result.report) return;
+    this.report = result?.report ?? null;
+    this.dispatchEvent(new Event('report'));
   }
 
   show(job) {

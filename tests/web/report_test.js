@@ -1,0 +1,50 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
+
+const suite = browser_tests();
+const panel = (page, name) => page.getByRole('region', {name, exact: true});
+
+/// A small cube, so that the grid is measured within seconds.
+const small_cube = `#${Buffer.from(JSON.stringify({mesh: {sample: 'cube', name: 'cube'}, params: {voxels: 16, cells: 4}})).toString('base64url')}`;
+
+test('error against run time: a clicked point gives its settings, and a budget proposes some', async () => {
+  const page = await suite.open({hash: small_cube});
+  const report = panel(page, 'Error against run time');
+  await report.getByRole('button', {name: 'Measure error against run time'}).click();
+  const points = report.locator('.error-plot .dot');
+  await eventually(() => points.count(), n => n === 18, 'every setting of the grid is a point');
+  await report.getByRole('button', {name: 'Cancel'}).waitFor({state: 'hidden'});
+  const tolerance = page.getByLabel('Tolerance, exact value');
+  assert.equal(await tolerance.inputValue(), '0.000001');
+  const coarse = report.getByRole('button', {name: /^newton · auto · 1e-02: .* error \d\.\de-\d+, converged$/}).first();
+  await coarse.locator('.mark').click({force: true});
+  await status(page).filter({hasText: 'Taken: newton · auto · 1e-02'}).waitFor();
+  assert.equal(await tolerance.inputValue(), '0.01');
+  await page.getByRole('button', {name: 'Undo'}).click();
+  assert.equal(await tolerance.inputValue(), '0.000001');
+
+  await report.getByLabel('Error shown').selectOption('trajectory_rms');
+  await report.getByLabel('Fit my budget').fill('0.000001');
+  await report.getByRole('button', {name: 'Fit', exact: true}).click();
+  await report.getByText('No measured setting converges within 0.000001 ms.').waitFor();
+  await report.getByLabel('Fit my budget').fill('1000');
+  await report.getByRole('button', {name: 'Fit', exact: true}).click();
+  await report.getByRole('button', {name: 'Use these settings'}).click();
+  assert.notEqual(await page.getByLabel('Substeps a frame', {exact: true}).inputValue(), 'auto');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('the stability suite is seen as a map of stiffness over step', async () => {
+  const page = await suite.open({hash: small_cube});
+  const stability = panel(page, 'Stability');
+  await stability.getByRole('button', {name: 'Run the stability suite'}).click();
+  await eventually(() => stability.locator('.map td').count(), n => n === 35, 'seven stiffnesses at five steps');
+  assert.equal(await stability.locator('.map td.bad').count(), 0);
+  assert.deepEqual(await stability.locator('.map tbody th').allTextContents(), ['0', '1e2', '1e4', '1e6', '1e8', '1e10', '1e12']);
+  await stability.getByRole('button', {name: 'Cancel'}).click();
+  await stability.getByText(/of \d+ cases hold so far/).waitFor();
+  no_complaints(page);
+  await page.context().close();
+});
