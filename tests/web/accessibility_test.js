@@ -2,7 +2,8 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {fileURLToPath} from 'node:url';
-import {browser_tests, no_complaints, status} from './support/browser.js';
+import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
+import {look} from './support/pixels.js';
 
 const suite = browser_tests();
 const axe = await readFile(fileURLToPath(import.meta.resolve('axe-core/axe.min.js')), 'utf8');
@@ -63,6 +64,41 @@ test('the page can be driven by keys alone', async () => {
   await page.getByRole('slider', {name: 'Cells', exact: true}).focus();
   await page.keyboard.press('ArrowLeft');
   assert.equal(await page.getByLabel('Cells, exact value').inputValue(), '23');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('touch: one finger orbits, two zoom, one on the body drags it', async () => {
+  const page = await suite.open({hasTouch: true, width: 1160, height: 640});
+  const finger = await page.context().newCDPSession(page);
+  const touch = (type, ...points) => finger.send('Input.dispatchTouchEvent', {type, touchPoints: points.map(([x, y], id) => ({x, y, id}))});
+  const view = await page.locator('canvas.view').boundingBox();
+  const corner = [view.x + 60, view.y + view.height - 120];
+  const moves = async act => {
+    const before = await look(page);
+    await act();
+    await touch('touchEnd');
+    await eventually(() => look(page), s => s.sum !== before.sum, 'the view moves');
+  };
+  await moves(async () => {
+    await touch('touchStart', corner);
+    await touch('touchMove', [corner[0] + 90, corner[1]]);
+  });
+  await moves(async () => {
+    await touch('touchStart', corner, [corner[0] + 60, corner[1]]);
+    await touch('touchMove', corner, [corner[0] + 160, corner[1]]);
+  });
+  await page.getByRole('button', {name: 'Fit (F)'}).click();
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  const grabs = [];
+  page.on('request', request => request.url().includes('/grabs/') && grabs.push(request.method()));
+  const middle = [view.x + view.width / 2, view.y + view.height / 2];
+  await touch('touchStart', middle);
+  await touch('touchMove', [middle[0] + 60, middle[1]]);
+  await eventually(() => Promise.resolve(grabs), all => all.includes('PUT'), 'grabbed');
+  await touch('touchEnd');
+  await eventually(() => Promise.resolve(grabs), all => all.at(-1) === 'DELETE', 'let go');
   no_complaints(page);
   await page.context().close();
 });

@@ -53,6 +53,16 @@ function show_facts(facts, m) {
   facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
 }
 
+/// Three to five powers of ten.
+const decades = {
+  splits(_plot, _axis, low, high) {
+    const [from, to] = [Math.ceil(Math.log10(low)), Math.floor(Math.log10(high))];
+    const step = Math.max(1, Math.ceil((to - from) / 4));
+    return Array.from({length: Math.floor((to - from) / step) + 1}, (_, k) => 10 ** (from + k * step));
+  },
+  values: (_plot, ticks) => ticks.map(tick => `1e${Math.round(Math.log10(tick))}`),
+};
+
 function make_chart(root, {title, logarithmic, series}) {
   const strokes = [theme_color('--accent'), theme_color('--warn'), theme_color('--muted')];
   const axis = {stroke: theme_color('--muted'), grid: {stroke: theme_color('--line'), width: 1}, ticks: {show: false}, font: '10px system-ui', size: 18};
@@ -62,7 +72,7 @@ function make_chart(root, {title, logarithmic, series}) {
   return new uPlot({
     width: root.clientWidth || 260, height: 96, legend: {show: false}, cursor: {show: false}, padding: [4, 4, 0, 0],
     scales: {x: {time: false}, y: logarithmic ? {distr: 3} : {}},
-    axes: [{...axis}, {...axis, size: 46, values: (_, ticks) => ticks.map(tick => tick === null ? '' : number(tick, 2))}],
+    axes: [{...axis}, {...axis, size: 46, ...logarithmic ? decades : {values: (_, ticks) => ticks.map(tick => number(tick, 2))}}],
     series: [{}, ...series.map(([name], k) => ({label: name, stroke: strokes[k], width: 1.5, points: {show: false}}))],
   }, [[], ...series.map(() => [])], holder);
 }

@@ -7,7 +7,7 @@ import {progress_row} from './report_panel.js';
 /// The stiff and extreme suite: a map over stiffness and step, and every other case in words.
 export function stability_panel(app) {
   const measuring = new Measuring(app);
-  const start = button('Run the suite', () => app.run(() => measuring.stability()), {label: 'Run the stability suite'});
+  const start = button('Run the stability suite', () => app.run(() => measuring.stability()));
   const result = h('div', {class: 'stability', hidden: true});
   measuring.addEventListener('report', () => {
     const {report} = measuring;

@@ -26,9 +26,16 @@ function clip_card({store, viewport}) {
     for (const part of parts) part.hidden = !shown;
     face.hidden = !shown || along !== 'free';
   };
+  const card = h('div', {class: 'card', role: 'group', 'aria-label': 'Clip plane'}, on, axis, face, position, flip, mode);
+  const show_card = () => {
+    const {surface, voxels, tets} = store.get('view.layers');
+    card.hidden = !surface && !voxels && !tets;  // a simulation is not clipped
+  };
   store.on('view.clip', show);
+  store.on('view.layers', show_card);
   show();
-  return h('div', {class: 'card', role: 'group', 'aria-label': 'Clip plane'}, on, axis, face, position, flip, mode);
+  show_card();
+  return card;
 }
 
 function look_card(store) {

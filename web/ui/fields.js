@@ -26,7 +26,7 @@ export function number_field(store, options) {
     if (value === undefined || value === null) return;
     slider.value = to_slider(value);
     slider.setAttribute('aria-valuetext', `${value} ${unit}`);
-    if (document.activeElement !== exact) exact.value = String(Number(Number(value).toPrecision(6)));
+    if (document.activeElement !== exact) exact.value = short(value);
     slider.style.setProperty('--fill', `${100 * (to_slider(value) - bounds.min) / (bounds.max - bounds.min)}%`);
     reset.hidden = fallback === undefined || value === fallback;
   };
@@ -35,6 +35,12 @@ export function number_field(store, options) {
   const tip = tooltip(id, options.meaning);
   return h('div', {class: 'field number', 'data-path': path},
     h('label', {for: id}, title), reset, exact, h('span', {class: 'unit'}, unit), slider, tip);
+}
+
+/// Six digits; small numbers in powers of ten, which the narrow field can show.
+function short(value) {
+  const rounded = Number(Number(value).toPrecision(6));
+  return rounded !== 0 && Math.abs(rounded) < 1e-3 ? rounded.toExponential() : String(rounded);
 }
 
 const text = values => Object.fromEntries(Object.entries(values).map(([key, value]) => [key, String(value)]));
