@@ -15,6 +15,7 @@ test('the dialog names the consumers and gives each its file', async () => {
   const expected = await tets(page);
   await page.keyboard.press('e');
   const dialog = page.getByRole('dialog', {name: 'Export'});
+  await dialog.waitFor();
   for (const consumer of ['SOFA', 'MuJoCo flexcomp', 'ParaView', 'TetGen', 'fTetWild', 'USD', 'three.js'])
     assert.ok((await dialog.getByText(consumer).count()) > 0, consumer);
   const {name, bytes} = await save(page, /Save for Gmsh/);
