@@ -2,7 +2,7 @@
 #include <sys/mman.h>
 
 #include <cstddef>
-#include <cstdint>
+#include <memory>
 #include <new>
 #include <type_traits>
 #include <utility>
@@ -14,11 +14,9 @@ inline constexpr std::size_t huge_page = std::size_t{2} << 20;
 /// Asks for huge pages where memory is large enough for them. The first touch of a page of 4 KiB can cost ten
 /// times what filling it costs, most of all on virtual machines. Call it before that touch.
 inline void prefer_huge_pages(void* memory, std::size_t bytes) {
-  const auto begin = reinterpret_cast<std::uintptr_t>(memory);
-  const std::uintptr_t first = (begin + huge_page - 1) / huge_page * huge_page;
-  const std::uintptr_t last = (begin + bytes) / huge_page * huge_page;
 #ifdef MADV_HUGEPAGE
-  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+  if (!std::align(huge_page, huge_page, memory, bytes)) return;
+  madvise(memory, bytes / huge_page * huge_page, MADV_HUGEPAGE);
 #endif
 }
 

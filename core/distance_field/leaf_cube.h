@@ -228,7 +228,8 @@ class LeafCube {
     float x[lanes], y[lanes];
     for (int lane = 0; lane < lanes; ++lane) {
       x[lane] = center_[0] - half + static_cast<float>(lane % 4);
-      y[lane] = center_[1] - half + static_cast<float>((pass * lanes + lane) / 4);
+      const int row = (pass * lanes + lane) / 4;
+      y[lane] = center_[1] - half + static_cast<float>(row);
     }
     Points p{Simd::load(x), Simd::load(y), {}};
     for (int k = 0; k < slices; ++k) p.z[k] = Simd::set(center_[2] - half + static_cast<float>(k));

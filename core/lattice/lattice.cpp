@@ -52,8 +52,8 @@ std::vector<float> densities(const PseudoVolume& volume, const Grid& lattice) {
           }
       float* out = density.data() + lattice.index(0, 0, static_cast<int>(ck));
       for (std::size_t c = 0; c < sums.size(); ++c) {
-        const double all =
-            static_cast<double>(xs[c % xs.size()].uncut) * ys[c / xs.size()].uncut * zs[ck].uncut;
+        const std::size_t ci = c % xs.size(), cj = c / xs.size();
+        const double all = static_cast<double>(xs[ci].uncut) * ys[cj].uncut * zs[ck].uncut;
         out[c] = static_cast<float>(sums[c] / all);
       }
     }
