@@ -16,7 +16,11 @@ test('each layer comes and goes', async () => {
   await press('Voxels');
   await page.getByLabel('Colour voxels by').selectOption('votes');
   await seen(s => s.tets > 3000, 'voxels coloured by votes');
-  await page.getByLabel('Colour voxels by').selectOption('probability');
+  for (const name of ['probability', 'density']) {
+    const before_change = await look(page);
+    await page.getByLabel('Colour voxels by').selectOption(name);
+    await seen(s => s.sum !== before_change.sum && s.tets > 3000, `voxels coloured by ${name}`);
+  }
   await press('Voxels');
   await seen(s => s.tets < 500 && s.sand < 500, 'nothing');
   await press('Surface');

@@ -88,12 +88,13 @@ test('colliders are added, moved, resized and removed', async () => {
   await page.context().close();
 });
 
-/// Moves the mouse down the middle of the view until the cursor says that it is over a body.
-async function body_under_mouse(page) {
+/// Moves the mouse down the middle of the view, or up it, until the cursor says that it is over a body.
+async function body_under_mouse(page, {upwards = false} = {}) {
   const view = page.locator('canvas.view');
   const box = await view.boundingBox();
   const x = box.x + box.width / 2;
-  for (let y = box.y + box.height * 0.3; y < box.y + box.height * 0.8; y += 12) {
+  for (let k = 0.3; k < 0.85; k += 0.02) {
+    const y = box.y + box.height * (upwards ? 1.15 - k : k);
     await page.mouse.move(x, y);
     if (await view.evaluate(canvas => canvas.style.cursor) === 'grab') return {x, y};
   }
@@ -122,6 +123,26 @@ test('the body is dragged by the mouse and by keys', async () => {
   await page.keyboard.press('ArrowRight');
   await page.keyboard.press('Escape');
   await eventually(() => Promise.resolve(grabs), all => all.filter(m => m === 'PUT').length >= 1 && all.at(-1) === 'DELETE', 'pulled by keys');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('a collider is dragged by the mouse, in one step of the history', async () => {
+  const page = await suite.open(small);
+  await page.getByLabel('Scene', {exact: true}).selectOption('sphere');
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  const moved = page.waitForRequest(request => request.url().includes('/colliders/') && request.method() === 'PUT');
+  const x = page.locator('.collider', {hasText: 'ball'}).getByLabel('X, exact value', {exact: true});
+  const before_drag = await x.inputValue();
+  const held = await body_under_mouse(page, {upwards: true});
+  await page.mouse.down();
+  await page.mouse.move(held.x + 90, held.y, {steps: 5});
+  await page.mouse.up();
+  await moved;
+  await eventually(() => x.inputValue(), value => value !== before_drag, 'the field shows where it is');
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(() => x.inputValue(), value => value === before_drag, 'back in one step');
   no_complaints(page);
   await page.context().close();
 });

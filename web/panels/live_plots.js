@@ -60,6 +60,7 @@ const decades = {
     const step = Math.max(1, Math.ceil((to - from) / 4));
     return Array.from({length: Math.floor((to - from) / step) + 1}, (_, k) => 10 ** (from + k * step));
   },
+  filter: (_plot, ticks) => ticks,
   values: (_plot, ticks) => ticks.map(tick => `1e${Math.round(Math.log10(tick))}`),
 };
 

@@ -1,0 +1,51 @@
+// Takes the pictures of the README anew: `node tests/web/take_pictures.js` with ISOCHOR_BINARY set. Those that are
+// kept were reduced to 200 colours afterwards.
+import {chromium} from 'playwright-core';
+import {fileURLToPath} from 'node:url';
+import {flags, open_page} from './support/browser.js';
+import {start_server} from './support/server.js';
+
+const folder = fileURLToPath(new URL('pictures/', import.meta.url));
+const time = page => page.locator('.transport .time').textContent().then(Number.parseFloat);
+
+/// By file name: the colour scheme, and what a person does before the picture is taken.
+const states = {
+  page: {scheme: 'dark', async reach() {}},
+  votes: {scheme: 'dark', async reach(page) {
+    for (const key of '132') await page.keyboard.press(key);
+    await page.getByLabel('Colour voxels by').selectOption('votes');
+    const plot = page.getByRole('img', {name: /^P along the ray/});
+    for (; !await plot.isVisible(); await page.waitForTimeout(200)) await page.keyboard.press('p');  // once the voxels are there
+    await plot.scrollIntoViewIfNeeded();
+  }},
+  simulation: {scheme: 'light', async reach(page) {
+    await page.getByRole('button', {name: 'Play (Space)'}).click();
+    while (!(await time(page) >= 0.6)) await page.waitForTimeout(50);
+    await page.getByRole('button', {name: 'Pause (Space)'}).click();
+    await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  }},
+  report: {scheme: 'light', async reach(page) {
+    const report = page.getByRole('region', {name: 'Error against run time'});
+    await report.getByRole('button', {name: 'Measure error against run time'}).click();
+    await report.getByRole('button', {name: 'Cancel'}).waitFor();
+    await report.getByRole('button', {name: 'Cancel'}).waitFor({state: 'hidden', timeout: 120000});
+    await page.getByRole('button', {name: 'Run the stability suite'}).click();
+    await page.locator('.map td').nth(34).waitFor();
+    await report.evaluate(section => section.scrollIntoView({block: 'start'}));
+  }},
+};
+
+const server = await start_server();
+const browser = await chromium.launch({executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: flags});
+try {
+  for (const [name, {scheme, reach}] of Object.entries(states)) {
+    const page = await open_page({browser, server}, {width: 1280, height: 768, deviceScaleFactor: 0.8, colorScheme: scheme});
+    await reach(page);
+    await page.waitForTimeout(1000);  // the view is drawn sharp again once it rests
+    await page.screenshot({path: `${folder}${name}.png`});
+    await page.context().close();
+  }
+} finally {
+  await browser.close();
+  await server.stop();
+}
