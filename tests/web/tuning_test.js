@@ -1,0 +1,67 @@
+import test from 'node:test';
+import assert from 'node:assert/strict';
+import {browser_tests, eventually, no_complaints, status, tets, tets_ready} from './support/browser.js';
+
+let page;
+browser_tests(async suite => page = await suite.open({width: 1240, height: 760}));
+
+const badge = stage => page.getByRole('region', {name: stage, exact: true}).locator('.stage-state');
+const exact = name => page.getByLabel(`${name}, exact value`);
+
+test('every parameter of the schema has a control with a name, an explanation and its value', async () => {
+  const schema = await page.evaluate(async () => (await fetch('./api/v1/parameters')).json());
+  for (const [name, {title, description}] of Object.entries(schema.properties)) {
+    const field = page.locator(`[data-path="params.${name}"]`);
+    assert.equal(await field.count(), 1, name);
+    assert.equal(await field.locator('label').textContent(), title);
+    assert.equal(await field.getByRole('tooltip', {includeHidden: true}).textContent(), description);
+  }
+  const voxels = page.getByRole('slider', {name: 'Voxels', exact: true});
+  const tip = page.locator('[data-path="params.voxels"] .tip');
+  await voxels.focus();
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Shift+Tab');
+  await eventually(() => tip.evaluate(element => getComputedStyle(element).opacity), opacity => opacity === '1', 'the tooltip of the focused field');
+});
+
+test('a moving slider is followed by previews, its release by the full model', async () => {
+  const before = await tets(page);
+  const asked = [];
+  page.on('request', request => request.url().includes('/models?') && asked.push(request.postDataJSON()));
+  const slider = page.getByRole('slider', {name: 'Cells', exact: true});
+  await slider.scrollIntoViewIfNeeded();
+  const box = await slider.boundingBox();
+  const preview = status(page).filter({hasText: /^Preview: [\d,]+ tets in/}).waitFor();
+  await page.mouse.move(box.x + box.width * 0.08, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.05, box.y + box.height / 2, {steps: 3});
+  await preview;
+  await page.mouse.up();
+  await tets_ready(page);
+  assert.ok(await tets(page) < before);
+  assert.ok(asked.slice(0, -1).every(({quality}) => quality === 'preview'));
+  assert.equal(asked.at(-1).quality, 'full');
+});
+
+test('only the stages after a change are made anew, and the others say that they were kept', async () => {
+  await exact('Smoothing iterations').fill('4');
+  await exact('Smoothing iterations').press('Enter');
+  for (const stage of ['Pseudo volume', 'Lattice']) await badge(stage).filter({hasText: 'kept'}).waitFor();
+  await badge('Smoothing').filter({hasText: / ms$/}).waitFor();
+  const reset = page.getByRole('button', {name: 'Reset Smoothing iterations'});
+  await reset.click();
+  assert.equal(await exact('Smoothing iterations').inputValue(), '2');
+  assert.ok(await reset.isHidden());
+});
+
+test('long work shows its progress and is cancelled, and the last model stays', async () => {
+  await status(page).filter({hasText: /^[\d,]+ tets in/}).waitFor();
+  const before = await tets(page);
+  await exact('Voxels').fill('512');
+  await exact('Voxels').press('Enter');
+  await page.getByRole('progressbar', {name: 'Progress', exact: true}).waitFor();
+  await page.getByRole('button', {name: 'Cancel', exact: true}).click();
+  await status(page).filter({hasText: 'Cancelled; the last model stays'}).waitFor();
+  assert.equal(await tets(page), before);
+  no_complaints(page);
+});
