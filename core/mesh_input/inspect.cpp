@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/mesh_input/self_intersections.h"
 #include "core/mesh_input/topology.h"
 
 namespace isochor {
@@ -44,6 +45,7 @@ class Inspector {
     const std::vector<Triangle> proper = proper_triangles();
     count_duplicates(proper);
     count_edges(proper);
+    count_self_intersections(proper);
     report_.components = count_components(proper);
     return std::move(report_);
   }
@@ -125,6 +127,12 @@ class Inspector {
     open.move_into(report_.defects);
     non_manifold.move_into(report_.defects);
     inconsistent.move_into(report_.defects);
+  }
+
+  void count_self_intersections(const std::vector<Triangle>& proper) {
+    SelfIntersections found = find_self_intersections(soup_.positions, proper, max_locations);
+    const std::string_view name = found.complete ? "self_intersections" : "self_intersections_at_least";
+    if (found.pairs > 0) report_.defects.push_back({name, found.pairs, std::move(found.locations)});
   }
 
   std::int64_t count_components(const std::vector<Triangle>& proper) const {

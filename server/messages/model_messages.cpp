@@ -1,5 +1,6 @@
 #include "server/messages/model_messages.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/export/export.h"
@@ -126,6 +127,15 @@ Json mesh_report_json(const MeshReport& report) {
           {"defects", std::move(defects)}};
 }
 
+/// A closed input that does not pass through itself says what the volume is; a model far from it is no
+/// success.
+bool has_sensible_volume(const Model& model) {
+  const MeshReport& input = *model.input;
+  const auto overlaps = [](const Defect& defect) { return defect.name.starts_with("self_intersections"); };
+  if (!input.closed || std::ranges::any_of(input.defects, overlaps)) return true;
+  return std::abs(model.quality.volume - std::abs(input.volume)) <= 0.25 * std::abs(input.volume);
+}
+
 Json model_json(const Model& model) {
   const TetMesh& mesh = model.mesh();
   const QualitySummary& quality = model.quality;
@@ -137,7 +147,7 @@ Json model_json(const Model& model) {
           {"components", lattice.components},
           {"volume", quality.volume},
           {"coverage", quality.coverage},
-          {"complete", quality.coverage >= sufficient_coverage},
+          {"complete", quality.coverage >= sufficient_coverage && has_sensible_volume(model)},
           {"inverted", quality.inverted},
           {"min_dihedral_deg", quality.min_dihedral_deg},
           {"min_scaled_jacobian", quality.min_scaled_jacobian},

@@ -90,11 +90,23 @@ class Mesh(ProgramTest):
         self.assertIn("warning: ", done.stderr.decode())
 
 
-def cube_at(x):
-    corners = [(x - 0.5 + (b & 1), -0.5 + (b >> 1 & 1), -1.5 + (b >> 2 & 1)) for b in range(8)]
+    def test_a_volume_far_from_that_of_the_input_is_no_success(self):
+        # A closed box with walls much thinner than a voxel.
+        hollow = self.file("hollow.obj", cube_at(0.0) + cube_at(0.0, 0.995, inward=True))
+        report = self.run_json("mesh", hollow)
+        self.assertTrue(report["report"]["closed"])
+        self.assertGreater(report["volume"], 2.0 * report["report"]["volume"])
+        self.assertFalse(report["complete"])
+        self.assertIn("closed input encloses", " ".join(report["warnings"]))
+
+
+def cube_at(x, size=1.0, inward=False):
+    corners = [(x + size * ((b & 1) - 0.5), size * ((b >> 1 & 1) - 0.5), size * ((b >> 2 & 1) - 0.5) - 1.0)
+               for b in range(8)]
     faces = ("0 4 6 2", "1 3 7 5", "0 1 5 4", "2 6 7 3", "0 2 3 1", "4 5 7 6")
     text = "".join("v {} {} {}\n".format(*corner) for corner in corners)
-    return text + "".join("f " + " ".join(str(int(i) - 8) for i in face.split()) + "\n" for face in faces)
+    step = -1 if inward else 1
+    return text + "".join("f " + " ".join(str(int(i) - 8) for i in face.split()[::step]) + "\n" for face in faces)
 
 
 class Failures(ProgramTest):
