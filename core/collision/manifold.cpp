@@ -29,6 +29,8 @@ double collide_ordered(const PlacedShape& a, const PlacedShape& b, double margin
       if (type == ShapeType::box)
         return collide_capsule_box(as<CollisionCapsule>(a), as<CollisionBox>(b), margin, out);
       return collide_capsules(as<CollisionCapsule>(a), as<CollisionCapsule>(b), margin, out);
+    case ShapeType::mesh:
+      return collide_mesh(as<CollisionMesh>(a), b, margin, out);
     default:
       return 1e300;  // planes do not meet
   }

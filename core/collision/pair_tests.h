@@ -1,5 +1,6 @@
 #pragma once
 #include "core/collision/manifold.h"
+#include "core/collision/mesh_shape.h"
 #include "core/collision/primitives.h"
 
 namespace isochor {
@@ -31,4 +32,6 @@ double collide_box_plane(const Placed<CollisionBox>& a, const Placed<CollisionPl
 /// edges [Gottschalk 1996].
 double collide_boxes(const Placed<CollisionBox>& a, const Placed<CollisionBox>& b, double margin,
                      Manifold& out);
+/// Surface points of each against the distance of the other.
+double collide_mesh(const Placed<CollisionMesh>& a, const PlacedShape& b, double margin, Manifold& out);
 }  // namespace isochor

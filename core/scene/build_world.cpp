@@ -6,6 +6,7 @@
 #include <array>
 #include <numeric>
 
+#include "core/collision/mesh_shape.h"
 #include "core/mesh_input/read_mesh.h"
 #include "core/scene/start_state.h"
 
@@ -104,37 +105,43 @@ class SoftBodyBuilder {
   SceneSoftBody soft_;
 };
 
-std::unique_ptr<CollisionShape> make_shape(const RigidShape& shape, double scale) {
-  struct Maker {
-    double scale;
-    std::unique_ptr<CollisionShape> operator()(const PlaneShape& s) const {
-      return make_plane(s.normal, s.offset);
-    }
-    std::unique_ptr<CollisionShape> operator()(const SphereShape& s) const {
-      return make_sphere(scale * s.radius);
-    }
-    std::unique_ptr<CollisionShape> operator()(const BoxShape& s) const {
-      return make_box(scale * s.half_extents);
-    }
-    std::unique_ptr<CollisionShape> operator()(const CapsuleShape& s) const {
-      return make_capsule(scale * s.radius, scale * s.half_height);
-    }
-    std::unique_ptr<CollisionShape> operator()(const MeshShape& s) const {
-      throw Error(ErrorCode::invalid_argument,
-                  fmt::format("{}: a rigid mesh cannot be simulated", s.file.string()));
-    }
-    std::unique_ptr<CollisionShape> operator()(const ModelShape&) const {
-      throw Error(ErrorCode::invalid_argument, "a rigid mesh cannot be simulated");
-    }
-  };
-  return std::visit(Maker{scale}, shape);
-}
+/// Shapes of the scene as collisions know them.
+struct ShapeMaker {
+  double scale;
+  bool centered;  ///< meshes, on their centre of mass
+  Progress& progress;
 
-void add_rigid(World& world, const SceneBody& source, int id) {
+  std::unique_ptr<CollisionShape> operator()(const PlaneShape& s) const {
+    return make_plane(s.normal, s.offset);
+  }
+  std::unique_ptr<CollisionShape> operator()(const SphereShape& s) const {
+    return make_sphere(scale * s.radius);
+  }
+  std::unique_ptr<CollisionShape> operator()(const BoxShape& s) const {
+    return make_box(scale * s.half_extents);
+  }
+  std::unique_ptr<CollisionShape> operator()(const CapsuleShape& s) const {
+    return make_capsule(scale * s.radius, scale * s.half_height);
+  }
+  std::unique_ptr<CollisionShape> operator()(const MeshShape& s) const {
+    const TriangleSoup soup = read_mesh(s.file, progress);
+    const DistanceFieldOptions options{s.meshing.voxels, required_padding(s.meshing.pseudo_volume)};
+    const DistanceField field = make_distance_field(soup, options, progress);
+    const PseudoVolume pseudo_volume = make_pseudo_volume(field, s.meshing.pseudo_volume, progress);
+    return std::make_unique<CollisionMesh>(field, pseudo_volume, scale, centered);
+  }
+  std::unique_ptr<CollisionShape> operator()(const ModelShape& s) const {
+    return std::make_unique<CollisionMesh>(*s.model->field, *s.model->pseudo_volume, scale, centered);
+  }
+};
+
+void add_rigid(World& world, const SceneBody& source, int id, Progress& progress) {
   const auto& rigid = std::get<RigidBody>(source.kind);
   RigidBodyDesc desc;
-  desc.shape = make_shape(rigid.shape, source.scale);
-  desc.pose = {source.position, source.orientation};
+  desc.shape = std::visit(ShapeMaker{source.scale, rigid.mass.has_value(), progress}, rigid.shape);
+  const auto* mesh = dynamic_cast<const CollisionMesh*>(desc.shape.get());
+  const Vec3 center = mesh ? mesh->center() : Vec3(Vec3::Zero());
+  desc.pose = {source.position + source.orientation * center, source.orientation};
   desc.mass = rigid.mass;
   desc.motion = rigid.motion;
   desc.velocity = source.velocity;
@@ -143,6 +150,7 @@ void add_rigid(World& world, const SceneBody& source, int id) {
   desc.restitution = source.restitution;
   world.rigid.add_body(desc);
   world.rigid_ids.push_back(id);
+  world.rigid_centers.push_back(center);
 }
 
 int find_body(const Scene& scene, const std::string& name) {
@@ -227,7 +235,7 @@ World build_world(const Scene& scene, Progress& progress) {
     progress.throw_if_cancelled();
     const int id = static_cast<int>(i);
     if (std::holds_alternative<RigidBody>(scene.bodies[i].kind)) {
-      add_rigid(world, scene.bodies[i], id);
+      add_rigid(world, scene.bodies[i], id, progress);
     } else {
       world.soft.push_back(SoftBodyBuilder(scene.bodies[i], progress).build());
       world.soft.back().id = id;

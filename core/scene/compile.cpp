@@ -32,7 +32,7 @@ class CompiledSimulation final : public Simulation {
       for (std::size_t i = 0; i < positions.size(); ++i) positions[i] = soft.body.positions.at(i);
     }
     for (int r = 0; r < world_.rigid.size(); ++r) {
-      frame.bodies[world_.rigid_ids[r]].position = world_.rigid.pose(r).position;
+      frame.bodies[world_.rigid_ids[r]].position = world_.rigid.pose(r).to_world(-world_.rigid_centers[r]);
       frame.bodies[world_.rigid_ids[r]].orientation = world_.rigid.pose(r).orientation;
     }
     return frame;

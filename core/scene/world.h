@@ -36,6 +36,7 @@ struct World {
   std::vector<SceneSoftBody> soft;
   RigidWorld rigid;
   std::vector<int> rigid_ids;        ///< index in Scene::bodies of each body of the RigidWorld
+  std::vector<Vec3> rigid_centers;   ///< of mass, in the frames of the scene's bodies
   std::vector<MassiveBody> massive;  ///< those of them with a mass, as the substep began
   std::optional<Grab> grab;
   int substeps = 1;  ///< a frame

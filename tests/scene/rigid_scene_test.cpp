@@ -178,6 +178,28 @@ TEST(RigidScene, AttachedParticlesStayOnABodyThatFeelsThem) {
   EXPECT_GT(frame.bodies[1].position.z(), 0.05);
 }
 
+/// A ball given as a mesh falls on a floor and rests there at its radius, and on a mesh that stands still.
+TEST(RigidScene, AMeshIsABodyOfItsOwn) {
+  const std::string folder = ISOCHOR_SAMPLES;
+  const auto simulation = compile_text(R"({"duration":1.5,"bodies":[)" + std::string(floor_plane) +
+                                       R"(,
+    {"name":"ball","type":"rigid","shape":{"mesh":{"file":")" +
+                                       folder +
+                                       R"(/meshes/sphere.obj","meshing":{"voxels":48}}},"mass":2,
+     "position":[0,0.7,0]},
+    {"name":"torus","type":"rigid","shape":{"mesh":{"file":")" +
+                                       folder +
+                                       R"(/meshes/torus.obj","meshing":{"voxels":48}}},"static":true,
+     "position":[3,0.5,0]},
+    {"name":"cube","type":"deformable","lattice":{"cells":[4,4,4],"cell_size":0.2,"origin":[2.6,0.9,-0.4]},
+     "damping":0.02}]})");
+  const Snapshot end = run_to_end(*simulation);
+  EXPECT_NEAR(end.bodies[1].position.y(), 0.5, 0.01);
+  EXPECT_GT(end.metrics.contacts, 4);
+  EXPECT_LE(end.metrics.max_penetration, 1e-3 * 0.2);
+  EXPECT_LE(end.metrics.max_cell_volume_error, 1e-6);
+}
+
 struct TwoWay {
   double mass, friction, restitution;
 };

@@ -64,7 +64,8 @@ TEST_P(Samples, KeepsTheVolumeOfEveryCell) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Samples,
-                         testing::Values("drop", "spin", "twist", "squash", "tree",
+                         testing::Values("ball_on_cube", "billiard", "chain", "cube_on_torus", "dumbbell",
+                                         "drop", "spin", "twist", "squash", "tree",
                                          "sphere_meets_strong_cube", "sphere_meets_weak_cube"),
                          [](const auto& test) { return test.param; });
 

@@ -1,0 +1,57 @@
+#include "core/collision/mesh_shape.h"
+
+#include <gtest/gtest.h>
+
+#include "core/mesh_input/read_mesh.h"
+
+namespace isochor {
+namespace {
+
+CollisionMesh sample_mesh(const char* name, int voxels, double scale) {
+  Progress quiet;
+  const PseudoVolumeOptions options;
+  const auto soup = read_mesh(std::filesystem::path(ISOCHOR_SAMPLES) / "meshes" / name, quiet);
+  const DistanceField field = make_distance_field(soup, {voxels, required_padding(options)}, quiet);
+  return {field, make_pseudo_volume(field, options, quiet), scale, true};
+}
+
+/// The sample torus lies about some axis through its centre: radii 0.35 and 0.15.
+TEST(MeshShape, DistancesOfATorusAreItsOwn) {
+  const double scale = 2.0;
+  const CollisionMesh torus = sample_mesh("torus.obj", 64, scale);
+  const double h = scale / 64.0;
+  int axis = 0;
+  torus.bounds().size().minCoeff(&axis);
+  const auto distance = [&](const Vec3& p) {
+    Vec3 flat = p;
+    flat[axis] = 0.0;
+    return std::hypot(flat.norm() - scale * 0.35, p[axis]) - scale * 0.15;
+  };
+  double worst = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 p = Vec3(std::sin(1.0 * i), std::sin(1.7 * i + 1.0), 0.5 * std::sin(2.3 * i)) * scale * 0.5;
+    if (std::abs(distance(p)) < 2.0 * h)
+      worst = std::max(worst, std::abs(torus.query(p).distance - distance(p)));
+  }
+  EXPECT_LT(worst, 0.5 * h);
+  EXPECT_GT(worst, 0.0);
+}
+
+TEST(MeshShape, MassPropertiesOfABallAreItsOwn) {
+  const CollisionMesh ball = sample_mesh("sphere.obj", 64, 2.0);  // radius 1
+  EXPECT_NEAR(ball.volume(), 4.18879, 0.03 * 4.18879);
+  EXPECT_LT((ball.unit_inertia() - 0.4 * Eigen::Matrix3d::Identity()).norm(), 0.02);
+  EXPECT_LT(ball.center().norm(), 0.01);
+}
+
+TEST(MeshShape, NothingPassesThrough) {
+  const CollisionMesh ball = sample_mesh("sphere.obj", 32, 2.0);
+  const auto hit = ball.sweep({-100.0, 0.1, 0.0}, {100.0, 0.1, 0.0});
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(-100.0 + 200.0 * hit->fraction, -std::sqrt(1.0 - 0.01), 0.02);
+  EXPECT_LT(hit->normal.x(), -0.95);
+  EXPECT_FALSE(ball.sweep({-100.0, 1.2, 0.0}, {100.0, 1.2, 0.0}));
+}
+
+}  // namespace
+}  // namespace isochor
