@@ -60,8 +60,8 @@ std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
   return grid;
 }
 
-MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const MeshingReportOptions& options,
-                             Progress& progress) {
+MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
+                             const MeshingReportOptions& options, Progress& progress) {
   const std::vector<MeshingOptions> grid = meshing_grid(options);
   const MeshReport input = inspect(*soup);
   MeshingReport report;

@@ -44,8 +44,8 @@ struct MeshingReportOptions {
 /// The settings of every point.
 std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& options);
 
-MeshingReport report_meshing(std::shared_ptr<const TriangleSoup> soup, const MeshingReportOptions& options,
-                             Progress& progress);
+MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
+                             const MeshingReportOptions& options, Progress& progress);
 
 /// The point whose boundary comes closest to the input, of those made within the budget.
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms);

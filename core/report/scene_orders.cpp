@@ -64,9 +64,11 @@ std::vector<FittedOrder> fitted_orders(const SceneReport& report) {
         series.push_back(&report.points[i]);
       }
       std::vector<double> x;
+      x.reserve(series.size());
       for (const ScenePoint* point : series) x.push_back(axis.value(*point));
       for (const SceneErrorField& field : scene_error_fields()) {
         std::vector<double> y;
+        y.reserve(series.size());
         for (const ScenePoint* point : series) y.push_back(point->errors.*field.value);
         if (const auto order = fitted_order(x, y))
           orders.push_back({field.name, axis.name, report.points[first].settings, *order,

@@ -7,7 +7,7 @@ namespace {
 
 /// What the shape passes through within h, with room for impulses within the step to change its course.
 Box swept_box(const BodyRecord& body, const Vec3& gravity, double h) {
-  const Box local = body.shape->bounds();
+  Box local = body.shape->bounds();
   if (local.max.x() >= 1e300) return local;  // a plane is everywhere
   const Eigen::Matrix3d turn = body.state.pose.orientation.toRotationMatrix().cwiseAbs();
   const Vec3 center = body.state.pose.to_world(local.center()), half = turn * (0.5 * local.size());

@@ -94,9 +94,9 @@ class SoftBodyBuilder {
     SoftBody& body = soft_.body;
     for (const Triangle& t : body.mesh->surface)
       body.surface_particles.insert(body.surface_particles.end(), t.begin(), t.end());
-    std::ranges::sort(body.surface_particles);
-    const auto repeated = std::ranges::unique(body.surface_particles);
-    body.surface_particles.erase(repeated.begin(), repeated.end());
+    std::sort(body.surface_particles.begin(), body.surface_particles.end());
+    body.surface_particles.erase(std::unique(body.surface_particles.begin(), body.surface_particles.end()),
+                                 body.surface_particles.end());
   }
 
   const SceneBody& source_;

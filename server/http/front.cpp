@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <new>
-#include <ranges>
 
 #include "server/job_queue/retry_allocation.h"
 #include "server/memory_reserve.h"
@@ -175,7 +174,8 @@ void Front::sweep(Clock::time_point now) {
   last_tick_ = now;
   keep_memory_reserve();
   std::size_t heads = 0, bodies = 0;
-  for (auto& [id, entry] : std::views::reverse(entries_)) {
+  for (auto newest = entries_.rbegin(); newest != entries_.rend(); ++newest) {
+    Entry& entry = newest->second;
     Connection& connection = *entry.connection;
     with(entry, [&](Connection& ticking) { ticking.on_tick(now); });
     heads += connection.buffered_head();
