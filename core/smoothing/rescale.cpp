@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/common/compensated_sum.h"
+
 namespace isochor {
 namespace {
 
@@ -19,14 +21,16 @@ struct Moments {
 };
 
 Moments moments(const TetMesh& mesh, const VertexComponents& components, const Vec3& origin) {
-  Moments m{std::vector<double>(components.count, 0.0), std::vector<Vec3>(components.count, Vec3::Zero())};
+  Moments m{{}, std::vector<Vec3>(components.count, Vec3::Zero())};
+  std::vector<CompensatedSum> volumes(components.count);
   const auto& x = mesh.positions;
   for (const Tet& t : mesh.tets) {
     const std::int32_t c = components.of_vertex[t[0]];
     const double volume = tet_volume(x[t[0]], x[t[1]], x[t[2]], x[t[3]]);
-    m.volume[c] += volume;
+    volumes[c].add(volume);
     m.first[c] += volume * (0.25 * (x[t[0]] + x[t[1]] + x[t[2]] + x[t[3]]) - origin);
   }
+  for (const CompensatedSum& volume : volumes) m.volume.push_back(volume.value());
   return m;
 }
 

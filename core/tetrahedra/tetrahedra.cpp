@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <numeric>
 
+#include "core/common/compensated_sum.h"
 #include "core/common/error.h"
 #include "core/lattice/lattice.h"
 #include "core/lattice/node_link.h"
@@ -131,10 +131,11 @@ TetMesh make_box_lattice(const Vec3i& cells, double cell_size, const Vec3& origi
 }
 
 double total_volume(const TetMesh& mesh) {
-  return std::accumulate(mesh.tets.begin(), mesh.tets.end(), 0.0, [&](double sum, const Tet& t) {
-    return sum +
-           tet_volume(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]], mesh.positions[t[3]]);
-  });
+  CompensatedSum sum;
+  for (const Tet& t : mesh.tets)
+    sum.add(
+        tet_volume(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]], mesh.positions[t[3]]));
+  return sum.value();
 }
 
 }  // namespace isochor
