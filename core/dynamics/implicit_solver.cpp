@@ -11,7 +11,7 @@ namespace {
 
 constexpr int lanes = 8;
 
-ISOCHOR_WIDE double dot_axis(const double* a, const double* b, std::size_t size) {
+ISOCHOR_MULTIVERSION double dot_axis(const double* a, const double* b, std::size_t size) {
   double sums[lanes] = {};
   std::size_t i = 0;
   for (; i + lanes <= size; i += lanes)
@@ -22,11 +22,11 @@ ISOCHOR_WIDE double dot_axis(const double* a, const double* b, std::size_t size)
   return sum;
 }
 
-ISOCHOR_WIDE void axpy(double factor, const double* a, double* __restrict b, std::size_t size) {
+ISOCHOR_MULTIVERSION void axpy(double factor, const double* a, double* __restrict b, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) b[i] += factor * a[i];
 }
 
-ISOCHOR_WIDE void xpay(const double* a, double factor, double* __restrict b, std::size_t size) {
+ISOCHOR_MULTIVERSION void xpay(const double* a, double factor, double* __restrict b, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) b[i] = a[i] + factor * b[i];
 }
 
@@ -63,8 +63,8 @@ ImplicitSolver::ImplicitSolver(const SoftBody& body)
   for (auto& entries : inverse_blocks_) entries.resize(body.size());
 }
 
-void ImplicitSolver::linearize(const SoftBody& body, double h) {
-  tangent_.linearize(body.springs, body.material, body.positions, h);
+void ImplicitSolver::linearize(const SoftBody& body, double stiffness_weight, double damping_weight) {
+  tangent_.linearize(body.springs, body.material, body.positions, stiffness_weight, damping_weight);
   auto& b = inverse_blocks_;
   for (auto& entries : b) std::ranges::fill(entries, 0.0);
   for (int axis = 0; axis < 3; ++axis) b[axis] = body.masses;
@@ -141,13 +141,13 @@ void ImplicitSolver::precondition(const SoftBody& body) {
   axpy(1.0, product_, preconditioned_);
 }
 
-int ImplicitSolver::advance(const SoftBody& body, double h, const Coordinates& forces,
+int ImplicitSolver::advance(const SoftBody& body, double weight, const Coordinates& forces,
                             Coordinates& displacement, double tolerance, int max_iterations) {
   build_coarse(body);
   set_zero(product_);
   tangent_.add_product(body.springs, displacement, product_);
   residual_ = forces;
-  xpay(product_, -h * h, residual_);  // T·displacement − h²·forces
+  xpay(product_, -weight, residual_);  // T·displacement − weight·forces
   for (auto* axis : {&residual_.x, &residual_.y, &residual_.z})
     for (double& r : *axis) r = -r;
   filter(body, residual_);

@@ -4,18 +4,18 @@
 
 namespace isochor {
 
-/// Solves (M + T)·u = r, T = h²K + hC, u zero where particles are pinned: conjugate gradients in double,
-/// filtered [Baraff & Witkin 1998], preconditioned by the diagonal blocks and exactly on the six rigid modes,
-/// whose stiffness is M alone and may be 1e-10 of the rest.
+/// Solves (M + T)·u = r, T = aK + bC (SpringTangent), u zero where particles are pinned: conjugate gradients
+/// in double, filtered [Baraff & Witkin 1998], preconditioned by the diagonal blocks and exactly on the six
+/// rigid modes, whose stiffness is M alone and may be 1e-10 of the rest.
 class ImplicitSolver {
  public:
   explicit ImplicitSolver(const SoftBody& body);
 
   /// Takes T at the body's positions.
-  void linearize(const SoftBody& body, double h);
-  /// displacement += u with r = h²·forces − T·displacement. tolerance: of the residual in the
+  void linearize(const SoftBody& body, double stiffness_weight, double damping_weight);
+  /// displacement += u with r = weight·forces − T·displacement. tolerance: of the residual in the
   /// preconditioner's norm, relative. Returns the iterations.
-  int advance(const SoftBody& body, double h, const Coordinates& forces, Coordinates& displacement,
+  int advance(const SoftBody& body, double weight, const Coordinates& forces, Coordinates& displacement,
               double tolerance, int max_iterations);
 
   std::int64_t bytes() const;

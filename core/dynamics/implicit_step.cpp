@@ -20,29 +20,45 @@ Eigen::Matrix3d rotation_by(const Vec3& turn) {
 ImplicitStep::ImplicitStep(const SoftBody& body)
     : solver_(body), displacement_(body.size()), force_(body.size()) {}
 
-void ImplicitStep::predict(SoftBody& body, double h) {
+/// displacement_ = h·d.
+RigidPart ImplicitStep::split_velocities(const SoftBody& body, double h) {
   const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
   rotation_ = rotation_by(h * motion.angular_velocity);
-  // displacement_ = h·d
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 rigid = motion.velocity + motion.angular_velocity.cross(body.positions.at(i) - motion.center);
     displacement_.set(i, h * (body.velocities.at(i) - rigid));
   }
-  solver_.linearize(body, h);
+  return motion;
+}
+
+void ImplicitStep::predict(SoftBody& body, double h) {
+  const RigidPart motion = split_velocities(body, h);
   for (auto* axis : {&force_.x, &force_.y, &force_.z}) std::ranges::fill(*axis, 0.0);
   SpringMaterial elastic = body.material;
   elastic.damping = 0.0;
   add_spring_forces(body.springs, elastic, body.positions, body.velocities, force_);
-  solver_.advance(body, h, force_, displacement_, solver_tolerance, most_iterations);
-  turn(body, motion);
-  if (!body.has_pins) restore_momentum(body, motion.center + h * motion.velocity, h);
+  solver_.linearize(body, h * h, h);
+  solver_.advance(body, h * h, force_, displacement_, solver_tolerance, most_iterations);
+  turn(body, motion, h);
 }
 
-void ImplicitStep::turn(SoftBody& body, const RigidPart& motion) {
+void ImplicitStep::filter(SoftBody& body, double h) {
+  for (auto* axis : {&displacement_.x, &displacement_.y, &displacement_.z}) std::ranges::fill(*axis, 0.0);
+  solver_.linearize(body, 0.25 * h * h, 0.5 * h);
+  solver_.advance(body, 1.0, body.forces, displacement_, solver_tolerance, most_iterations);
+  for (std::size_t i = 0; i < body.size(); ++i) body.forces.set(i, body.masses[i] * displacement_.at(i));
+}
+
+void ImplicitStep::drift(SoftBody& body, double h) {
+  turn(body, split_velocities(body, h), h);
+}
+
+void ImplicitStep::turn(SoftBody& body, const RigidPart& motion, double h) {
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 moved = body.positions.at(i) + displacement_.at(i) - motion.center;
     body.positions.set(i, motion.center + rotation_ * moved);
   }
+  if (!body.has_pins) restore_momentum(body, motion.center + h * motion.velocity, h);
 }
 
 // Springs carry no momentum. What the linear solve has done to it, a rotation and a translation of the end

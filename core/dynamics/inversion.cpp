@@ -186,4 +186,28 @@ std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions) 
   return flattened;
 }
 
+bool turn_right_side_out(const SoftBody& body, Coordinates& positions) {
+  const VolumeElements cells(*body.mesh, false);
+  std::int64_t inside_out = 0;
+  for (std::int64_t c = 0; c < cells.count(); ++c) inside_out += cells.volume(c, positions) < 0.0;
+  if (2 * inside_out <= cells.count()) return false;
+  Vec3 center = Vec3::Zero(), rest_center = Vec3::Zero();
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    center += body.masses[i] / body.total_mass * positions.at(i);
+    rest_center += body.masses[i] / body.total_mass * body.rest_positions[i];
+  }
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double scale = 0.0;
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 rest = body.rest_positions[i] - rest_center;
+    covariance += body.masses[i] * (positions.at(i) - center) * rest.transpose();
+    scale += body.masses[i] * rest.squaredNorm();
+  }
+  const Eigen::Matrix3d rotation = best_rotation(covariance, scale);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (body.inverse_masses[i] > 0.0)
+      positions.set(i, center + rotation * (body.rest_positions[i] - rest_center));
+  return true;
+}
+
 }  // namespace isochor

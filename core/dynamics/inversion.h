@@ -35,4 +35,8 @@ class TetInequality {
 /// are completed deterministically. Returns how many there were.
 std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions);
 
+/// A body most of whose cells are inside out is a mirror image, from which no gradient leads back: it takes
+/// the rest pose that fits it best. True when it was.
+bool turn_right_side_out(const SoftBody& body, Coordinates& positions);
+
 }  // namespace isochor

@@ -8,21 +8,21 @@
 namespace isochor {
 namespace {
 
-ISOCHOR_WIDE void add_where_free(double* __restrict v, const double* w, std::size_t size, double dv) {
+ISOCHOR_MULTIVERSION void add_where_free(double* __restrict v, const double* w, std::size_t size, double dv) {
   for (std::size_t i = 0; i < size; ++i) v[i] += w[i] > 0.0 ? dv : 0.0;
 }
 
-ISOCHOR_WIDE void add_scaled(double* __restrict v, const double* w, const double* f, std::size_t size,
-                             double h) {
+ISOCHOR_MULTIVERSION void add_scaled(double* __restrict v, const double* w, const double* f, std::size_t size,
+                                     double h) {
   for (std::size_t i = 0; i < size; ++i) v[i] += h * w[i] * f[i];
 }
 
-ISOCHOR_WIDE void add_scaled(double* __restrict x, const double* v, std::size_t size, double h) {
+ISOCHOR_MULTIVERSION void add_scaled(double* __restrict x, const double* v, std::size_t size, double h) {
   for (std::size_t i = 0; i < size; ++i) x[i] += h * v[i];
 }
 
-ISOCHOR_WIDE void difference_quotient(const double* x, const double* start, double* v, std::size_t size,
-                                      double h) {
+ISOCHOR_MULTIVERSION void difference_quotient(const double* x, const double* start, double* v,
+                                              std::size_t size, double h) {
   for (std::size_t i = 0; i < size; ++i) v[i] = (x[i] - start[i]) / h;
 }
 
@@ -49,6 +49,11 @@ double gravity_energy(const SoftBody& body, const Vec3& gravity) {
   double sum = 0.0;
   for (std::size_t i = 0; i < body.size(); ++i) sum -= body.masses[i] * gravity.dot(body.positions.at(i));
   return sum;
+}
+
+double total_energy(const SoftBody& body, const Vec3& gravity) {
+  return kinetic_energy(body) + spring_energy(body.springs, body.material, body.positions) +
+         gravity_energy(body, gravity);
 }
 
 CellVolumeErrors volume_errors(const SoftBody& body) {

@@ -37,6 +37,8 @@ struct Momentum {
 };
 Momentum momentum(const SoftBody& body);
 double kinetic_energy(const SoftBody& body);
+/// Of motion, springs and gravity.
+double total_energy(const SoftBody& body, const Vec3& gravity);
 double gravity_energy(const SoftBody& body, const Vec3& gravity);  ///< −Σ m g·x
 
 /// Errors of the volumes that the body has now, cell by cell.

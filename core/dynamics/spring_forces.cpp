@@ -39,7 +39,7 @@ inline void scatter(double* __restrict f, const double* __restrict force, std::i
   for (int t = 0; t < count; ++t) f[b + t] -= force[t];
 }
 
-ISOCHOR_WIDE void elastic_forces(const RunData& data, Arrays p, MutableArrays f) {
+ISOCHOR_MULTIVERSION void elastic_forces(const RunData& data, Arrays p, MutableArrays f) {
   double fx[block], fy[block], fz[block];
   for (const SpringRun& run : data.runs) {
     for (std::int32_t begin = 0; begin < run.count; begin += block) {
@@ -59,7 +59,7 @@ ISOCHOR_WIDE void elastic_forces(const RunData& data, Arrays p, MutableArrays f)
   }
 }
 
-ISOCHOR_WIDE void damped_forces(const RunData& data, Arrays p, Arrays v, MutableArrays f) {
+ISOCHOR_MULTIVERSION void damped_forces(const RunData& data, Arrays p, Arrays v, MutableArrays f) {
   double fx[block], fy[block], fz[block];
   for (const SpringRun& run : data.runs) {
     for (std::int32_t begin = 0; begin < run.count; begin += block) {

@@ -21,8 +21,8 @@ inline void scatter(double* __restrict f, const double* __restrict force, std::i
   for (int t = 0; t < count; ++t) f[b + t] += force[t];
 }
 
-ISOCHOR_WIDE void run_products(std::span<const SpringRun> runs, TangentArrays k, const Coordinates& p,
-                               Coordinates& out) {
+ISOCHOR_MULTIVERSION void run_products(std::span<const SpringRun> runs, TangentArrays k, const Coordinates& p,
+                                       Coordinates& out) {
   const double *px = p.x.data(), *py = p.y.data(), *pz = p.z.data();
   double fx[block], fy[block], fz[block];
   for (const SpringRun& run : runs) {
@@ -71,7 +71,7 @@ SpringTangent::SpringTangent(const SpringStencil& stencil) {
 }
 
 void SpringTangent::linearize(const SpringStencil& stencil, const SpringMaterial& material,
-                              const Coordinates& positions, double h) {
+                              const Coordinates& positions, double stiffness_weight, double damping_weight) {
   const auto fill = [&](const SpringFamily& family, double stiffness, Family& tangent) {
     for_each_chunk(family, [&](std::span<const SpringRun> runs) {
       for (const SpringRun& run : runs) {
@@ -80,8 +80,8 @@ void SpringTangent::linearize(const SpringStencil& stencil, const SpringMaterial
           const Vec3 d = positions.at(run.b + t) - positions.at(run.a + t);
           const double l = d.norm(), k = stiffness * family.cells[s];
           const double isotropic =
-              h * h * k * std::max(0.0, 1.0 - family.rest_lengths[s] / (l + tiny_length));
-          const double axial = (h * h + h * material.damping) * k;
+              stiffness_weight * k * std::max(0.0, 1.0 - family.rest_lengths[s] / (l + tiny_length));
+          const double axial = (stiffness_weight + damping_weight * material.damping) * k;
           const Vec3 w = std::sqrt(std::max(0.0, axial - isotropic)) / (l + tiny_length) * d;
           tangent.isotropic[s] = isotropic;
           tangent.wx[s] = w.x(), tangent.wy[s] = w.y(), tangent.wz[s] = w.z();

@@ -3,17 +3,17 @@
 
 namespace isochor {
 
-/// h²K + hC of a body's springs at one configuration, K without its negative (buckling) part so that it stays
-/// positive semidefinite: for a spring of direction u, length l and rest length L,
-/// α(I − uuᵀ) + (h² + hτ)k·uuᵀ with α = h²k·max(0, 1 − L/l) [Baraff & Witkin 1998].
+/// T = aK + bC of a body's springs at one configuration, K without its negative (buckling) part so that it
+/// stays positive semidefinite: for a spring of direction u, length l, rest length L and damping τ,
+/// α(I − uuᵀ) + (a + bτ)k·uuᵀ with α = a·k·max(0, 1 − L/l) [Baraff & Witkin 1998].
 class SpringTangent {
  public:
   SpringTangent() = default;
   explicit SpringTangent(const SpringStencil& stencil);
 
   void linearize(const SpringStencil& stencil, const SpringMaterial& material, const Coordinates& positions,
-                 double h);
-  /// product += (h²K + hC)·p.
+                 double stiffness_weight, double damping_weight);
+  /// product += T·p.
   void add_product(const SpringStencil& stencil, const Coordinates& p, Coordinates& product) const;
 
   /// The diagonal blocks of the particles, symmetric, an array an entry: xx, yy, zz, xy, xz, yz.

@@ -30,7 +30,7 @@ inline Edge edge_distance(const double* e, const double* r, const double* n) {
 
 // Without branches, so that the loop over the lanes becomes wide: the nearest edge, or the plane where the
 // point projects into the triangle.
-ISOCHOR_WIDE void eight_distances(const double (*x)[8], const Vec3& p, double* out) {
+ISOCHOR_MULTIVERSION void eight_distances(const double (*x)[8], const Vec3& p, double* out) {
   const double px = p.x(), py = p.y(), pz = p.z();
   for (int l = 0; l < 8; ++l) {
     const double a[3]{px - x[0][l], py - x[1][l], pz - x[2][l]},

@@ -81,8 +81,8 @@ struct Paths {
   }
 };
 
-ISOCHOR_WIDE void sweep_paths(const Sweep& sweep, const RowSweep& directions, std::int64_t begin,
-                              std::int64_t end) {
+ISOCHOR_MULTIVERSION void sweep_paths(const Sweep& sweep, const RowSweep& directions, std::int64_t begin,
+                                      std::int64_t end) {
   const Grid& grid = sweep.field.grid;
   const Paths paths{grid.size, directions.step_y, directions.step_z};
   const int words = sweep.masks.near.words, kinds = static_cast<int>(directions.steps_x.size());

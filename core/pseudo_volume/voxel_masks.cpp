@@ -12,7 +12,8 @@ struct Limits {
   float d_in, d_subs;
 };
 
-ISOCHOR_WIDE void fill_slice(const DistanceField& field, const Limits& limits, int k, VoxelMasks& masks) {
+ISOCHOR_MULTIVERSION void fill_slice(const DistanceField& field, const Limits& limits, int k,
+                                     VoxelMasks& masks) {
   const Grid& grid = field.grid;
   float in[64], subs[64];
   std::fill_n(in, 64, limits.d_in);

@@ -9,10 +9,21 @@ constexpr double grab_frequency = 10.0;  ///< rad/s
 
 }  // namespace
 
-void evaluate_forces(World& world, SceneSoftBody& soft) {
+Phase stepping_phase(const SceneSoftBody& soft) {
+  switch (soft.integrator) {
+    case SpringIntegrator::implicit:
+      return Phase::implicit_euler;
+    case SpringIntegrator::energy_momentum:
+      return Phase::filtered_leapfrog;
+    default:
+      return Phase::symplectic_euler;
+  }
+}
+
+void evaluate_forces(World& world, SceneSoftBody& soft, double h) {
   SoftBody& body = soft.body;
   soft.forces_valid = true;
-  if (body.forces.size() == 0 || soft.implicit) return;
+  if (body.forces.size() == 0 || soft.stepping == SpringIntegrator::implicit) return;
   for (auto* axis : {&body.forces.x, &body.forces.y, &body.forces.z}) std::ranges::fill(*axis, 0.0);
   const SpringMaterial& m = body.material;
   world.phases.run(Phase::edge_springs, [&] {
@@ -22,13 +33,17 @@ void evaluate_forces(World& world, SceneSoftBody& soft) {
     add_spring_forces(body.springs.diagonals, m.diagonal, m.damping, body.positions, body.velocities,
                       body.forces);
   });
+  world.phases.run(Phase::filtered_leapfrog, [&] {
+    if (soft.stepping == SpringIntegrator::energy_momentum) soft.implicit->filter(body, h);
+  });
+  soft.filtered_for = h;
 }
 
 void kick(World& world, SceneSoftBody& soft, double seconds) {
   SoftBody& body = soft.body;
   world.phases.run(Phase::gravity, [&] { kick_by_gravity(body, seconds, world.scene.gravity); });
-  if (body.forces.size() > 0 && !soft.implicit)
-    world.phases.run(Phase::symplectic_euler, [&] { kick_by_forces(body, seconds); });
+  if (body.forces.size() > 0 && soft.stepping != SpringIntegrator::implicit)
+    world.phases.run(stepping_phase(soft), [&] { kick_by_forces(body, seconds); });
 }
 
 // A critically damped spring that could swing the whole body, taken implicitly so that any h is stable.

@@ -3,10 +3,23 @@
 namespace isochor {
 namespace {
 
-constexpr std::array<const char*, static_cast<std::size_t>(Phase::count)> names{
-    "gravity",  "edge_springs", "diagonal_springs", "spring_damping", "symplectic_euler", "implicit_euler",
-    "pins",     "grab",         "attachments",      "rigid_bodies",   "joints",           "contacts",
-    "friction", "restitution",  "volume",           "inversion"};
+constexpr std::array<const char*, static_cast<std::size_t>(Phase::count)> names{"gravity",
+                                                                                "edge_springs",
+                                                                                "diagonal_springs",
+                                                                                "spring_damping",
+                                                                                "symplectic_euler",
+                                                                                "implicit_euler",
+                                                                                "filtered_leapfrog",
+                                                                                "pins",
+                                                                                "grab",
+                                                                                "attachments",
+                                                                                "rigid_bodies",
+                                                                                "joints",
+                                                                                "contacts",
+                                                                                "friction",
+                                                                                "restitution",
+                                                                                "volume",
+                                                                                "inversion"};
 
 }  // namespace
 

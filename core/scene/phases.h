@@ -17,6 +17,7 @@ enum class Phase {
   spring_damping,
   symplectic_euler,
   implicit_euler,
+  filtered_leapfrog,
   pins,
   grab,
   attachments,

@@ -48,50 +48,55 @@ class Planner {
   void integrators() {
     const SolverOptions& solver = world_.scene.solver;
     const double frame = 1.0 / world_.scene.frame_rate;
-    std::string symplectic, implicit;
+    std::string symplectic, implicit, filtered;
     double substeps = std::max(1, solver.substeps);
     for (SceneSoftBody& soft : world_.soft) {
       const double needed = needed_substeps(soft, frame);
-      const bool chosen = is_implicit(soft, needed);
+      const SpringIntegrator chosen = choose(soft, needed);
       set_integrator(soft, chosen);
-      std::string& reasons = chosen ? implicit : symplectic;
-      reasons += fmt::format("{}{} {}", reasons.empty() ? "" : "; ", name(soft),
-                             why(needed, chosen, solver.springs != SpringIntegrator::automatic));
-      if (!chosen) substeps = std::max(substeps, needed);
+      std::string& reasons = chosen == SpringIntegrator::symplectic ? symplectic
+                             : chosen == SpringIntegrator::implicit ? implicit
+                                                                    : filtered;
+      reasons += fmt::format("{}{} {}", reasons.empty() ? "" : "; ", name(soft), why(needed, chosen));
+      if (chosen == SpringIntegrator::symplectic) substeps = std::max(substeps, needed);
     }
     world_.substeps = static_cast<int>(std::min<double>(substeps, most_substeps));
-    decide(Phase::symplectic_euler, !symplectic.empty(), symplectic,
-           world_.soft.empty() ? "no deformable body" : "the springs of every body are stepped implicitly");
-    decide(Phase::implicit_euler, !implicit.empty(), implicit,
-           world_.soft.empty() ? "no deformable body" : "every body is stepped by symplectic Euler");
+    const auto decide_step = [&](Phase phase, const std::string& reasons, const char* others) {
+      decide(phase, !reasons.empty(), reasons, world_.soft.empty() ? "no deformable body" : others);
+    };
+    decide_step(Phase::symplectic_euler, symplectic, "the springs of every body are stepped implicitly");
+    decide_step(Phase::implicit_euler, implicit, "no body's springs are stepped by implicit Euler");
+    decide_step(Phase::filtered_leapfrog, filtered, "no body is asked to be stiff and lively");
   }
 
-  bool is_implicit(const SceneSoftBody& soft, double needed) const {
+  SpringIntegrator choose(const SceneSoftBody& soft, double needed) const {
     const SpringStencil& springs = soft.body.springs;
-    if (springs.edges.empty() && springs.diagonals.empty()) return false;
-    switch (world_.scene.solver.springs) {
-      case SpringIntegrator::implicit:
-        return true;
-      case SpringIntegrator::automatic:
-        return needed > std::max(cheap_substeps, world_.scene.solver.substeps);
-      default:
-        return false;
-    }
+    const SolverOptions& solver = world_.scene.solver;
+    if (springs.edges.empty() && springs.diagonals.empty()) return SpringIntegrator::symplectic;
+    if (solver.springs != SpringIntegrator::automatic) return solver.springs;
+    return needed > std::max(cheap_substeps, solver.substeps) ? SpringIntegrator::implicit
+                                                              : SpringIntegrator::symplectic;
   }
 
-  static std::string why(double needed, bool implicit, bool asked) {
+  std::string why(double needed, SpringIntegrator chosen) const {
+    if (chosen == SpringIntegrator::symplectic)
+      return fmt::format("needs {} substep{} a frame by the Gershgorin bound", needed,
+                         needed == 1.0 ? "" : "s");
     const std::string bound =
         fmt::format("would need {} symplectic substeps a frame by the Gershgorin bound", needed);
-    if (asked && implicit) return fmt::format("is asked to be; it {}", bound);
-    if (implicit) return fmt::format("{}, more than {}", bound, cheap_substeps);
-    return fmt::format("needs {} substep{} a frame by the Gershgorin bound", needed,
-                       needed == 1.0 ? "" : "s");
+    if (world_.scene.solver.springs == SpringIntegrator::automatic)
+      return fmt::format("{}, more than {}", bound, cheap_substeps);
+    return fmt::format("is asked to be; it {}", bound);
   }
 
-  static void set_integrator(SceneSoftBody& soft, bool implicit) {
-    if (implicit == (soft.implicit != nullptr)) return;
-    soft.forces_valid = false;
-    soft.implicit = implicit ? std::make_unique<ImplicitStep>(soft.body) : nullptr;
+  void set_integrator(SceneSoftBody& soft, SpringIntegrator chosen) {
+    if (chosen != soft.integrator) soft.forces_valid = false;
+    soft.integrator = soft.stepping = chosen;
+    soft.energy_ledger = total_energy(soft.body, world_.scene.gravity);
+    if (chosen == SpringIntegrator::symplectic)
+      soft.implicit.reset();
+    else if (!soft.implicit)
+      soft.implicit = std::make_unique<ImplicitStep>(soft.body);
   }
 
   void forces() {
@@ -162,7 +167,7 @@ void plan_phases(World& world) {
 
 void measure_phases(World& world) {
   std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, attachments = 0, state = 0,
-               implicit = 0;
+               implicit = 0, filtered = 0;
   for (const SceneSoftBody& soft : world.soft) {
     const SoftBody& body = soft.body;
     edges += body.springs.edges.bytes();
@@ -170,7 +175,8 @@ void measure_phases(World& world) {
     volume += body.projector->bytes();
     attachments += static_cast<std::int64_t>(soft.attachments.capacity() * sizeof(PinnedParticle));
     pins += static_cast<std::int64_t>(soft.pins.capacity() * sizeof(PinnedParticle));
-    if (soft.implicit) implicit += soft.implicit->bytes();
+    if (soft.implicit)
+      (soft.integrator == SpringIntegrator::implicit ? implicit : filtered) += soft.implicit->bytes();
     if (soft.contacts) contacts += soft.contacts->bytes();
     state += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
              bytes_of(body.start_velocities) + bytes_of(body.forces);
@@ -183,6 +189,7 @@ void measure_phases(World& world) {
   world.phases.set_bytes(Phase::contacts, contacts);
   world.phases.set_bytes(Phase::symplectic_euler, state);
   world.phases.set_bytes(Phase::implicit_euler, implicit);
+  world.phases.set_bytes(Phase::filtered_leapfrog, filtered);
 }
 
 }  // namespace isochor

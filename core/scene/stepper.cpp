@@ -6,6 +6,11 @@ namespace isochor {
 namespace {
 
 constexpr int max_halvings = 5;
+constexpr double ledger_margin = 0.005;
+
+bool is_in_free_flight(const SceneSoftBody& soft) {
+  return soft.attachments.empty() && (!soft.contacts || soft.contacts->empty());
+}
 
 }  // namespace
 
@@ -61,26 +66,59 @@ void Stepper::advance(double h, int halvings) {
     advance(0.5 * h, halvings + 1);
     return;
   }
+  for (SceneSoftBody& soft : world_.soft) soft.finished = settle(step, soft);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.move(); });
-  for (SceneSoftBody& soft : world_.soft) finish(step, soft);
+  for (SceneSoftBody& soft : world_.soft)
+    if (!soft.finished) finish(step, soft);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
 }
 
 void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
-  if (!soft.forces_valid) evaluate_forces(world_, soft);
+  soft.stepping = soft.integrator;
+  if (soft.integrator == SpringIntegrator::energy_momentum && !is_in_free_flight(soft))
+    soft.stepping = SpringIntegrator::implicit;
+  const bool filtered = soft.stepping == SpringIntegrator::energy_momentum;
+  if (!soft.forces_valid || (filtered && soft.filtered_for != step.h)) evaluate_forces(world_, soft, step.h);
   keep_start(soft.body);
+  move_freely(step, soft);
+}
+
+void Stepper::move_freely(const Substep& step, SceneSoftBody& soft) {
   kick(world_, soft, 0.5 * step.h);
   world_.phases.run(Phase::grab, [&] { follow_grab(step, soft); });
-  if (soft.implicit)
-    world_.phases.run(Phase::implicit_euler, [&] { soft.implicit->predict(soft.body, step.h); });
-  else
-    world_.phases.run(Phase::symplectic_euler, [&] { drift(soft.body, step.h); });
+  switch (soft.stepping) {
+    case SpringIntegrator::implicit:
+      world_.phases.run(stepping_phase(soft), [&] { soft.implicit->predict(soft.body, step.h); });
+      break;
+    case SpringIntegrator::energy_momentum:
+      world_.phases.run(Phase::filtered_leapfrog, [&] { soft.implicit->drift(soft.body, step.h); });
+      break;
+    default:
+      world_.phases.run(Phase::symplectic_euler, [&] { drift(soft.body, step.h); });
+  }
   world_.phases.run(Phase::pins, [&] { follow_pins(world_, soft); });
+}
+
+bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
+  if (soft.stepping != SpringIntegrator::energy_momentum) return false;
+  if (is_in_free_flight(soft)) {
+    finish(step, soft);
+    const double energy = total_energy(soft.body, world_.scene.gravity);
+    const double internal = energy - gravity_energy(soft.body, world_.scene.gravity);
+    if (energy <= soft.energy_ledger + ledger_margin * internal) return true;
+  }
+  restore_start(soft.body);
+  soft.inverted = false;
+  soft.stepping = SpringIntegrator::implicit;
+  soft.forces_valid = false;
+  move_freely(step, soft);
+  constrain(step, soft);
+  return false;
 }
 
 void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   if (soft.implicit)
-    world_.phases.run(Phase::implicit_euler, [&] { soft.implicit->finish(soft.body, step.h); });
+    soft.implicit->finish(soft.body, step.h);
   else
     velocities_from_positions(soft.body, step.h);
   if (soft.contacts) {
@@ -91,8 +129,12 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
     });
   }
   if (soft.inverted) recover_inverted(step, soft);
-  evaluate_forces(world_, soft);
+  evaluate_forces(world_, soft, step.h);
   kick(world_, soft, 0.5 * step.h);
+  if (soft.stepping == soft.integrator) return;
+  soft.forces_valid = false;
+  if (!is_in_free_flight(soft))  // moving bodies may have put energy in
+    soft.energy_ledger = std::max(soft.energy_ledger, total_energy(soft.body, world_.scene.gravity));
 }
 
 }  // namespace isochor

@@ -21,7 +21,11 @@ class Stepper {
   /// Halves the substep while a tet inverts, at most 5 times.
   void advance(double h, int halvings);
   void predict(const Substep& step, SceneSoftBody& soft);
+  void move_freely(const Substep& step, SceneSoftBody& soft);
   void finish(const Substep& step, SceneSoftBody& soft);
+  /// A filtered substep that touches something, or ends with more energy than the ledger allows, is taken
+  /// back and stepped by implicit Euler, which gains none. True when it stands, and is finished.
+  bool settle(const Substep& step, SceneSoftBody& soft);
 
   World& world_;
   StepStats stats_;

@@ -10,8 +10,10 @@ struct Substep {
   double h;
 };
 
-/// Forces at the present positions, for the kicks before and after.
-void evaluate_forces(World& world, SceneSoftBody& soft);
+/// That of the body's integrator.
+Phase stepping_phase(const SceneSoftBody& soft);
+/// Forces at the present positions, for the kicks before and after a substep of h.
+void evaluate_forces(World& world, SceneSoftBody& soft, double h);
 /// v += seconds·(g + w·f).
 void kick(World& world, SceneSoftBody& soft, double seconds);
 /// Dragging with the mouse, for one body.

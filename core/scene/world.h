@@ -24,9 +24,14 @@ struct SceneSoftBody {
   std::vector<PinnedParticle> attachments;     ///< to rigid bodies with a mass, which feel them
   std::unique_ptr<ParticleContacts> contacts;  ///< absent when the scene has nothing to touch
   std::unique_ptr<TetInequality> tets;
-  std::unique_ptr<ImplicitStep> implicit;  ///< absent where springs are stepped by symplectic Euler
-  bool forces_valid = false;               ///< body.forces are those of the present positions
-  bool inverted = false;                   ///< some tet was, at the end of the last substep
+  SpringIntegrator integrator = SpringIntegrator::symplectic;  ///< of its springs, never automatic
+  std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
+  SpringIntegrator stepping = SpringIntegrator::symplectic;    ///< that of this substep
+  double energy_ledger = 0.0;  ///< J; what a stiff and lively body may have, see Stepper::settle
+  double filtered_for = 0.0;   ///< the substep that body.forces are filtered for, s
+  bool finished = false;       ///< with this substep already
+  bool forces_valid = false;   ///< body.forces are those of the present positions
+  bool inverted = false;       ///< some tet was, at the end of the last substep
 };
 
 /// A compiled scene: what steps.

@@ -31,7 +31,7 @@ TEST(SpringTangent, IsTheDerivativeOfTheForces) {
   }
   SpringTangent tangent(springs);
   const double h = 0.5, step = 1e-6;
-  tangent.linearize(springs, material, x, h);
+  tangent.linearize(springs, material, x, h * h, h);
   const Coordinates kp = product(springs, tangent, p);
   Coordinates plus = x, minus = x, none(x.size()), f_plus(x.size()), f_minus(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) plus.add(i, step * p.at(i)), minus.add(i, -step * p.at(i));
@@ -53,7 +53,7 @@ TEST(SpringTangent, StaysPositiveUnderCompression) {
   std::uniform_real_distribution<double> noise(-1.0, 1.0);
   for (std::size_t i = 0; i < x.size(); ++i) x.set(i, 0.5 * x.at(i));
   SpringTangent tangent(springs);
-  tangent.linearize(springs, material, x, 0.1);
+  tangent.linearize(springs, material, x, 0.01, 0.1);
   for (int trial = 0; trial < 20; ++trial) {
     for (std::size_t i = 0; i < x.size(); ++i) p.set(i, {noise(random), noise(random), noise(random)});
     const Coordinates kp = product(springs, tangent, p);

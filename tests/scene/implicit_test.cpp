@@ -78,5 +78,54 @@ TEST(Implicit, AutoChoosesItWhereSymplecticStepsAreManyAndSaysWhy) {
   }
 }
 
+/// Σ m (r − R)·DR / Σ m |DR|², D = diag(1, −½, −½): how far the cube is stretched along x.
+double stretch(const BodyTopology& body, const Snapshot& frame) {
+  const Vec3 weights(1.0, -0.5, -0.5);
+  double sum = 0.0, norm = 0.0;
+  for (std::size_t i = 0; i < body.masses.size(); ++i) {
+    const Vec3 mode = weights.cwiseProduct(body.rest_positions[i]);
+    sum += body.masses[i] * (frame.bodies[0].positions[i] - body.rest_positions[i]).dot(mode);
+    norm += body.masses[i] * mode.squaredNorm();
+  }
+  return sum / norm;
+}
+
+/// Where implicit Euler has stopped it, the filtered leapfrog still swings, and never has more energy than at
+/// its start.
+TEST(EnergyMomentum, SwingsOnWithoutGainingEnergy) {
+  Progress quiet;
+  for (const SpringIntegrator springs : {SpringIntegrator::implicit, SpringIntegrator::energy_momentum}) {
+    const auto simulation = compile(stretched_cube(4, 1e6, 1.0 / 60.0, springs), quiet);
+    const BodyTopology body = simulation->topology()[0];
+    Snapshot frame = simulation->snapshot();
+    const double start = energy(frame.metrics), released = stretch(body, frame);
+    double swing = 0.0;
+    for (int i = 0; i < 66; ++i) {
+      frame = simulation->step(quiet);
+      EXPECT_LE(energy(frame.metrics), 1.01 * start);
+      if (i > 54) swing = std::max(swing, std::abs(stretch(body, frame)) / released);
+    }
+    if (springs == SpringIntegrator::implicit)
+      EXPECT_LT(swing, 0.01);
+    else
+      EXPECT_GT(swing, 0.4);
+  }
+}
+
+/// At any stiffness, from a feasible start, at most the start's energy and one per cent.
+TEST(EnergyMomentum, KeepsItsLedger) {
+  Progress quiet;
+  for (const double stiffness : {1e4, 1e8, 1e12}) {
+    const auto simulation =
+        compile(stretched_cube(3, stiffness, 1.0 / 60.0, SpringIntegrator::energy_momentum), quiet);
+    const double start = energy(simulation->snapshot().metrics);
+    for (int i = 0; i < 30; ++i) {
+      const Metrics m = simulation->step(quiet).metrics;
+      EXPECT_LE(energy(m), 1.01 * start) << stiffness << ", frame " << i;
+      EXPECT_LE(m.max_cell_volume_error, 1e-6) << stiffness;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace isochor

@@ -1,0 +1,171 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel/parallel.h"
+#include "core/scene/simulation.h"
+#include "tests/scene/scenes.h"
+
+namespace isochor {
+namespace {
+
+using isochor::testing::stretched_cube;
+
+Scene cube_at_rest(int cells) {
+  Scene scene = stretched_cube(cells, 1e4, 1.0 / 60.0, SpringIntegrator::automatic);
+  std::get<DeformableBody>(scene.bodies[0].kind).start = StartState{};
+  return scene;
+}
+
+void add_fixed(Scene& scene, const char* name, RigidShape shape, const Vec3& position) {
+  RigidBody rigid;
+  rigid.shape = std::move(shape);
+  rigid.is_static = true;
+  SceneBody body;
+  body.name = name;
+  body.kind = std::move(rigid);
+  body.position = position;
+  scene.bodies.push_back(std::move(body));
+}
+
+bool all_finite(const Snapshot& frame) {
+  for (const BodySnapshot& body : frame.bodies)
+    for (const Vec3& p : body.positions)
+      if (!p.allFinite()) return false;
+  return true;
+}
+
+struct Start {
+  const char* name;
+  void (*change)(StartState&);
+};
+void PrintTo(const Start& start, std::ostream* out) {
+  *out << start.name;
+}
+
+class Starts : public ::testing::TestWithParam<Start> {};
+
+/// From a start that is not a body any more: cured within a few frames, the volume kept from the first on.
+TEST_P(Starts, AreCured) {
+  Progress quiet;
+  Scene scene = cube_at_rest(4);
+  GetParam().change(std::get<DeformableBody>(scene.bodies[0].kind).start);
+  const auto simulation = compile(scene, quiet);
+  Snapshot frame;
+  for (int i = 0; i < 30; ++i) {
+    frame = simulation->step(quiet);
+    ASSERT_TRUE(all_finite(frame)) << i;
+  }
+  EXPECT_LE(frame.metrics.max_cell_volume_error, 1e-6);
+  EXPECT_EQ(frame.metrics.inverted, 0);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Extremes, Starts,
+    ::testing::Values(Start{"randomised", [](StartState& s) { s.randomize = 1.0; }},
+                      Start{"inverted", [](StartState& s) { s.invert = true; }},
+                      Start{"plane", [](StartState& s) { s.flatten = StartState::Flatten::plane; }},
+                      Start{"line", [](StartState& s) { s.flatten = StartState::Flatten::line; }},
+                      Start{"point", [](StartState& s) { s.flatten = StartState::Flatten::point; }},
+                      Start{"twisted", [](StartState& s) { s.twist_deg = 360.0; }},
+                      Start{"squashed", [](StartState& s) { s.affine(1, 1) = 0.5; }}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Extremes, NothingPassesThroughAThinPlateOrASphereAtAHundredMetresASecond) {
+  Progress quiet;
+  for (const bool sphere : {false, true}) {
+    Scene scene = cube_at_rest(4);
+    scene.gravity = Vec3(0.0, -9.81, 0.0);
+    scene.bodies[0].position = Vec3(0.0, 2.0, 0.0);
+    scene.bodies[0].velocity = Vec3(0.0, -100.0, 0.0);
+    if (sphere)
+      add_fixed(scene, "sphere", SphereShape{1.0}, Vec3(0.0, 0.0, 0.0));
+    else
+      add_fixed(scene, "plate", BoxShape{Vec3(5.0, 0.01, 5.0)}, Vec3(0.0, 0.0, 0.0));
+    const auto simulation = compile(scene, quiet);
+    for (int i = 0; i < 12; ++i) {
+      const Snapshot frame = simulation->step(quiet);
+      ASSERT_TRUE(all_finite(frame)) << i;
+      EXPECT_LE(frame.metrics.max_cell_volume_error, 1e-6) << i;
+      for (const Vec3& p : frame.bodies[0].positions)
+        if (sphere)
+          ASSERT_GT(p.norm(), 0.99) << i;
+        else
+          ASSERT_GT(p.y(), -0.01) << i;
+    }
+  }
+}
+
+TEST(Extremes, AMillionfoldMassRatioKeepsTheVolume) {
+  Progress quiet;
+  Scene scene = cube_at_rest(4);
+  auto& body = std::get<DeformableBody>(scene.bodies[0].kind);
+  AxisBox top;
+  top.min.y() = 0.0;
+  body.density = 1.0;
+  body.densities.push_back({top, 1e6});
+  scene.bodies[0].angular_velocity = Vec3(1.0, 0.0, 0.0);
+  const auto simulation = compile(scene, quiet);
+  for (int i = 0; i < 20; ++i) {
+    const Snapshot frame = simulation->step(quiet);
+    ASSERT_TRUE(all_finite(frame)) << i;
+    EXPECT_LE(frame.metrics.max_cell_volume_error, 1e-6) << i;
+  }
+}
+
+/// All particles pinned away from rest: nothing can be done, which it says, with the cell.
+TEST(Extremes, AnInfeasibleBodyIsNamed) {
+  Progress quiet;
+  Scene scene = stretched_cube(2, 1e4, 1.0 / 60.0, SpringIntegrator::automatic);
+  std::get<DeformableBody>(scene.bodies[0].kind).start.affine = Vec3(0.9, 1.0, 1.0).asDiagonal();
+  scene.pins.push_back({"cube", AxisBox{}, std::nullopt});
+  const auto simulation = compile(scene, quiet);
+  const Snapshot frame = simulation->step(quiet);
+  EXPECT_TRUE(all_finite(frame));
+  EXPECT_FALSE(frame.metrics.feasible);
+  EXPECT_GE(frame.metrics.worst_cell, 0);
+  EXPECT_NEAR(frame.metrics.max_cell_volume_error, 0.1, 1e-9);
+}
+
+/// Ten seconds of flight with strong internal motion.
+TEST(Momentum, IsKeptToRoundOffBySymplecticSprings) {
+  Progress quiet;
+  Scene scene = stretched_cube(3, 1e4, 1.0 / 60.0, SpringIntegrator::symplectic);
+  scene.bodies[0].velocity = Vec3(0.3, 0.2, 0.1);
+  scene.bodies[0].angular_velocity = Vec3(1.0, 2.0, 3.0);
+  const auto simulation = compile(scene, quiet);
+  const Metrics start = simulation->snapshot().metrics;
+  Metrics m;
+  int left = 0;
+  for (int i = 0; i < 600; ++i) {
+    simulation->advance(quiet);
+    m = simulation->snapshot().metrics;
+    left += m.recoveries + m.fallbacks;
+  }
+  ASSERT_EQ(left, 0);
+  EXPECT_LT((m.linear_momentum - start.linear_momentum).norm(), 1e-10 * start.linear_momentum.norm());
+  EXPECT_LT((m.angular_momentum - start.angular_momentum).norm(), 1e-10 * start.angular_momentum.norm());
+}
+
+/// Sixteen cells an edge, so that every stage has work for more threads than one.
+TEST(Determinism, TheSameBitsForAnyNumberOfThreads) {
+  Progress quiet;
+  for (const SpringIntegrator springs : {SpringIntegrator::symplectic, SpringIntegrator::implicit}) {
+    std::vector<Vec3> first;
+    for (const int threads : {1, 2, 3, 1}) {
+      set_thread_count(threads);
+      Scene scene = stretched_cube(16, 1e4, 1.0 / 60.0, springs);
+      scene.gravity = Vec3(0.0, -9.81, 0.0);
+      scene.bodies[0].position = Vec3(0.0, 0.52, 0.0);
+      add_fixed(scene, "ground", PlaneShape{}, Vec3::Zero());
+      const auto simulation = compile(scene, quiet);
+      Snapshot frame;
+      for (int i = 0; i < 4; ++i) frame = simulation->step(quiet);
+      if (first.empty()) first = frame.bodies[0].positions;
+      EXPECT_EQ(frame.bodies[0].positions, first) << threads;
+    }
+  }
+  set_thread_count(0);
+}
+
+}  // namespace
+}  // namespace isochor
