@@ -135,7 +135,6 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft) {
   request.start = nullptr;
   ++step.stats.recoveries;
   soft.forces_valid = false;
-  step.world.phases.run(Phase::inversion, [&] { turn_right_side_out(body, body.positions); });
   for (int round = 0; round < max_recovery_rounds && soft.inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       pull_flattened_cells(body, body.positions);

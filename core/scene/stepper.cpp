@@ -14,6 +14,10 @@ bool is_in_free_flight(const SceneSoftBody& soft) {
 
 }  // namespace
 
+Stepper::Stepper(World& world) : world_(world) {
+  for (SceneSoftBody& soft : world_.soft) soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions);
+}
+
 StepStats Stepper::frame(double seconds, const Progress& progress) {
   stats_ = StepStats{};
   const double h = seconds / world_.substeps;
@@ -74,6 +78,7 @@ void Stepper::advance(double h, int halvings) {
 }
 
 void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
+  if (soft.inverted && turn_right_side_out(soft.body, soft.body.positions)) soft.forces_valid = false;
   soft.stepping = soft.integrator;
   if (soft.integrator == SpringIntegrator::energy_momentum && !is_in_free_flight(soft))
     soft.stepping = SpringIntegrator::implicit;

@@ -9,7 +9,7 @@ namespace isochor {
 /// of the positions).
 class Stepper {
  public:
-  explicit Stepper(World& world) : world_(world) {}
+  explicit Stepper(World& world);
 
   StepStats frame(double seconds, const Progress& progress);
 

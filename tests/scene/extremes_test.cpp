@@ -52,7 +52,7 @@ TEST_P(Starts, AreCured) {
   GetParam().change(std::get<DeformableBody>(scene.bodies[0].kind).start);
   const auto simulation = compile(scene, quiet);
   Snapshot frame;
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < 60; ++i) {
     frame = simulation->step(quiet);
     ASSERT_TRUE(all_finite(frame)) << i;
   }
@@ -69,31 +69,6 @@ INSTANTIATE_TEST_SUITE_P(
                       Start{"twisted", [](StartState& s) { s.twist_deg = 360.0; }},
                       Start{"squashed", [](StartState& s) { s.affine(1, 1) = 0.5; }}),
     [](const auto& test) { return test.param.name; });
-
-TEST(Extremes, NothingPassesThroughAThinPlateOrASphereAtAHundredMetresASecond) {
-  Progress quiet;
-  for (const bool sphere : {false, true}) {
-    Scene scene = cube_at_rest(4);
-    scene.gravity = Vec3(0.0, -9.81, 0.0);
-    scene.bodies[0].position = Vec3(0.0, 2.0, 0.0);
-    scene.bodies[0].velocity = Vec3(0.0, -100.0, 0.0);
-    if (sphere)
-      add_fixed(scene, "sphere", SphereShape{1.0}, Vec3(0.0, 0.0, 0.0));
-    else
-      add_fixed(scene, "plate", BoxShape{Vec3(5.0, 0.01, 5.0)}, Vec3(0.0, 0.0, 0.0));
-    const auto simulation = compile(scene, quiet);
-    for (int i = 0; i < 12; ++i) {
-      const Snapshot frame = simulation->step(quiet);
-      ASSERT_TRUE(all_finite(frame)) << i;
-      EXPECT_LE(frame.metrics.max_cell_volume_error, 1e-6) << i;
-      for (const Vec3& p : frame.bodies[0].positions)
-        if (sphere)
-          ASSERT_GT(p.norm(), 0.99) << i;
-        else
-          ASSERT_GT(p.y(), -0.01) << i;
-    }
-  }
-}
 
 TEST(Extremes, AMillionfoldMassRatioKeepsTheVolume) {
   Progress quiet;
