@@ -56,7 +56,7 @@ Api::Api(Samples samples_, std::shared_ptr<Waker> waker_, std::int64_t memory_li
 std::vector<Route> api_routes(Api& api) {
   std::vector<Route> routes;
   for (auto& more : {meta_routes(api), sample_routes(api), mesh_routes(api), model_routes(api),
-                     job_routes(api), simulation_routes(api), report_routes(api)})
+                     job_routes(api), simulation_routes(api), frame_routes(api), report_routes(api)})
     routes.insert(routes.end(), more.begin(), more.end());
   add_description(routes);
   return routes;

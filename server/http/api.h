@@ -33,6 +33,7 @@ std::vector<Route> mesh_routes(Api& api);
 std::vector<Route> model_routes(Api& api);
 std::vector<Route> job_routes(Api& api);
 std::vector<Route> simulation_routes(Api& api);
+std::vector<Route> frame_routes(Api& api);
 std::vector<Route> report_routes(Api& api);
 /// All of them, and /openapi.json and /docs made from them.
 std::vector<Route> api_routes(Api& api);
@@ -52,6 +53,11 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress);
 std::unique_ptr<Simulation> build_simulation(Api& api, Scene scene, Progress& progress);
 /// The text of a sample scene. Throws a refusal, 404.
 const std::string& sample_scene(const Api& api, const std::string& name);
+
+/// The simulation that the path names; throws Missing.
+std::shared_ptr<SimulationRunner> find_runner(Api& api, const Request& request);
+/// What is known of it once it is prepared; a refusal, 409, before.
+std::shared_ptr<const HelloFacts> prepared(const SimulationRunner& runner);
 
 /// Answers once the job has ended, or after the wait, then with unfinished_status.
 Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status);

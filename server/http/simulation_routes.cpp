@@ -7,12 +7,9 @@
 #include "server/http/service.h"
 #include "server/messages/api_messages.h"
 #include "server/messages/request_messages.h"
-#include "server/stream/viewer.h"
 
 namespace isochor {
 namespace {
-
-constexpr int max_viewers = 256;
 
 /// Answers with the simulation as soon as `ready` says so, or after the wait; a scene that does not compile
 /// is the request's failure.
@@ -50,10 +47,6 @@ Response post_simulation(Api& api, const Request& request) {
   return when(runner, 201, wait_ms, [](const RunView& view) { return view.state != RunState::preparing; });
 }
 
-std::shared_ptr<SimulationRunner> find_runner(Api& api, const Request& request) {
-  return api.simulations.find(request.segment("id"));
-}
-
 Response get_simulation(Api& api, const Request& request) {
   return Response::json(to_text(simulation_json(*find_runner(api, request))));
 }
@@ -69,13 +62,6 @@ const BodyTopology& find_body(const HelloFacts& facts, int id) {
     if (body.id == id) return body;
   throw Error(ErrorCode::invalid_argument, fmt::format("the simulation has no body {}", id),
               "GET its topology for the bodies", {{"/body", "is no body's id", {}, {}}});
-}
-
-std::shared_ptr<const HelloFacts> prepared(const SimulationRunner& runner) {
-  auto facts = runner.facts();
-  if (!facts)
-    refuse(409, "wrong_state", "the simulation is still being prepared", "wait until its state is paused");
-  return facts;
 }
 
 void apply_materials(SimulationRunner& runner, const std::vector<MaterialChange>& materials) {
@@ -166,95 +152,9 @@ Response put_collider(Api& api, const Request& request) {
   return Response::empty();
 }
 
-Response get_topology(Api& api, const Request& request) {
-  const auto runner = find_runner(api, request);
-  const auto facts = prepared(*runner);
-  const std::string& id = request.segment("id");
-  Response response;
-  response.body = api.texts.get(id + "/topology", [&] { return encode_topology(id, facts->bodies); });
-  response.headers.emplace_back("ETag", '"' + id + '"');
-  return response;
-}
-
-Encoding encoding_of(const Request& request) {
-  constexpr std::array encodings{Encoding::f32, Encoding::f64, Encoding::array};
-  return encodings[query_choice(request, "encoding", {"f32", "f64", "array"}, 0)];
-}
-
-Response get_frames(Api& api, const Request& request) {
-  const auto runner = find_runner(api, request);
-  constexpr std::int64_t far = std::int64_t{1} << 53;
-  ViewerOptions options;
-  options.encoding = encoding_of(request);
-  options.after_seq = query_integer(request, "after_seq", -1, -1, far);
-  options.stride = query_integer(request, "stride", 1, 1, 1000000);
-  options.every = query_choice(request, "pace", {"latest", "every"}, 0) == 1;
-  options.inline_topology = query_choice(request, "topology", {"url", "inline"}, 0) == 1;
-  const std::string* accept = request.header("accept");
-  options.server_sent_events = accept && accept->find("text/event-stream") != std::string::npos;
-  // A reader that comes back says where it was.
-  if (const std::string* last = request.header("last-event-id"); last && !request.parameter("after_seq"))
-    std::from_chars(last->data(), last->data() + last->size(), options.after_seq);
-  if (api.simulations.viewers() >= max_viewers)
-    refuse(429, "too_many_streams", fmt::format("{} streams are open", max_viewers), "close some");
-  Response response;
-  response.content_type = options.server_sent_events ? "text/event-stream" : "application/x-ndjson";
-  response.stream = std::make_shared<Viewer>(runner->feed(), options);
-  return response;
-}
-
-Response get_frame(Api& api, const Request& request) {
-  const auto runner = find_runner(api, request);
-  const std::string& text = request.segment("seq");
-  std::int64_t seq = -1;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seq);
-  if (error != std::errc() || end != text.data() + text.size() || seq < 0)
-    refuse(404, "not_found", "a frame is named by its seq", "");
-  const FrameFeed::Status status = runner->feed()->status();
-  const auto frame = runner->feed()->find(seq);
-  if (!frame && seq <= status.last)
-    refuse(410, "evicted", fmt::format("frame {} has been evicted", seq),
-           fmt::format("frames {} to {} are buffered", status.first, status.last));
-  if (!frame) refuse(404, "not_found", fmt::format("frame {} has not been made yet", seq), "");
-  return Response::json(encode_frame(*frame, encoding_of(request)));
-}
-
 Response delete_simulation(Api& api, const Request& request) {
   api.simulations.remove(request.segment("id"));
   return Response::empty();
-}
-
-constexpr std::string_view encoding_schema = R"({"enum":["f32","f64","array"],"default":"f32"})";
-
-std::vector<Route> frame_routes(Api& api) {
-  const auto to = [&](auto handler) { return [&api, handler](const Request& r) { return handler(api, r); }; };
-  return {
-      {.method = "GET",
-       .pattern = "/api/v1/simulations/{id}/frames",
-       .operation = "streamFrames",
-       .summary = "The live stream: JSON lines, or server-sent events",
-       .handler = to(get_frames),
-       .answers = {{200, "StreamLine", "application/x-ndjson"}, {200, "", "text/event-stream"}},
-       .query = {{"after_seq", R"({"type":"integer","minimum":-1})", "Frames after this one"},
-                 {"stride", R"({"type":"integer","minimum":1})", "Only multiples of it"},
-                 {"encoding", encoding_schema, "How positions are written"},
-                 {"pace", R"({"enum":["latest","every"]})",
-                  "Skip what is too late, or send every buffered frame"},
-                 {"topology", R"({"enum":["url","inline"]})", "inline: the stream is a recording"}}},
-      {.method = "GET",
-       .pattern = "/api/v1/simulations/{id}/frames/{seq}",
-       .operation = "getFrame",
-       .summary = "One buffered frame",
-       .handler = to(get_frame),
-       .answers = {{200, "StreamLine"}},
-       .query = {{"encoding", encoding_schema, "How positions are written"}}},
-      {.method = "GET",
-       .pattern = "/api/v1/simulations/{id}/topology",
-       .operation = "getTopology",
-       .summary = "The bodies: tets, cells, rest positions, masses, surface, embedding",
-       .handler = to(get_topology),
-       .answers = {{200, "Topology"}}},
-  };
 }
 
 std::vector<Route> control_routes(Api& api) {
@@ -298,6 +198,17 @@ std::vector<Route> control_routes(Api& api) {
 
 }  // namespace
 
+std::shared_ptr<SimulationRunner> find_runner(Api& api, const Request& request) {
+  return api.simulations.find(request.segment("id"));
+}
+
+std::shared_ptr<const HelloFacts> prepared(const SimulationRunner& runner) {
+  auto facts = runner.facts();
+  if (!facts)
+    refuse(409, "wrong_state", "the simulation is still being prepared", "wait until its state is paused");
+  return facts;
+}
+
 std::vector<Route> simulation_routes(Api& api) {
   const auto to = [&](auto handler) { return [&api, handler](const Request& r) { return handler(api, r); }; };
   std::vector<Route> routes{
@@ -340,8 +251,8 @@ std::vector<Route> simulation_routes(Api& api) {
        .handler = to(delete_simulation),
        .answers = {{204, ""}}},
   };
-  for (auto& more : {frame_routes(api), control_routes(api)})
-    routes.insert(routes.end(), more.begin(), more.end());
+  const auto more = control_routes(api);
+  routes.insert(routes.end(), more.begin(), more.end());
   return routes;
 }
 

@@ -25,6 +25,14 @@ class Resources : public testing::Test {
     EXPECT_EQ(job["status"], "done") << job;
     return job["result"];
   }
+  /// Of the first sample, made at the start.
+  std::size_t warm_models() {
+    for (;;) {
+      const json jobs = client_.get("/api/v1/jobs").json()["jobs"];
+      for (const json& job : jobs)
+        if (job["kind"] == "warm" && job["status"] == "done") return 1;
+    }
+  }
   const json coarse_ = {{"voxels", 32}, {"cells", 8}};
   test::RunningServer running_;
   test::HttpClient client_ = running_.client();
@@ -188,6 +196,54 @@ TEST_F(Resources, WhatWasDeletedIsGone) {
   EXPECT_EQ(client_.send("DELETE", model).status, 410);
   EXPECT_EQ(client_.get("/api/v1/models/dffff").status, 404);
   EXPECT_EQ(client_.get("/api/v1/jobs/j999").status, 404);
+}
+
+TEST_F(Resources, TheNewestRequestCancelsTheOneUnderWay) {
+  const std::string mesh = upload("tree");
+  const auto post = [&] {
+    const json request{{"mesh_id", mesh}, {"params", {{"voxels", 400}, {"cells", 150}}}};
+    return client_.send_json("POST", "/api/v1/models", request).json()["id"].get<std::string>();
+  };
+  const std::string first = post();
+  json running;
+  do running = client_.get("/api/v1/jobs/" + first).json();
+  while (running["status"] == "queued" || running["phase"] == "");
+  const json newest = client_
+                          .send_json("POST", "/api/v1/models?wait_ms=10000",
+                                     {{"mesh_id", mesh}, {"params", coarse_}, {"supersedes", first}})
+                          .json();
+  EXPECT_EQ(newest["status"], "done") << "it did not have to wait for the other";
+  const json old = client_.get("/api/v1/jobs/" + first).json();
+  EXPECT_EQ(old["status"], "cancelled");
+  EXPECT_EQ(old["problem"]["code"], "cancelled");
+  EXPECT_EQ(client_.get("/api/v1/models").json()["models"].size(), 1U + warm_models());
+
+  const std::string stopped = post();
+  EXPECT_EQ(client_.send("DELETE", "/api/v1/jobs/" + stopped).json()["status"], "cancelled");
+}
+
+TEST(Memory, TheOldestUnusedModelGivesWayAndTheAnswerSaysSo) {
+  ServeOptions options;
+  options.memory_limit = std::int64_t{24} << 20;
+  test::RunningServer running(options);
+  const test::HttpClient client = running.client();
+  const std::string mesh = client.send("POST", "/api/v1/meshes?sample=cube").json()["id"];
+  std::string first;
+  for (int cells = 8; cells < 24; ++cells) {
+    const json job = client
+                         .send_json("POST", "/api/v1/models?wait_ms=10000",
+                                    {{"mesh_id", mesh}, {"params", {{"voxels", 48}, {"cells", cells}}}})
+                         .json();
+    ASSERT_EQ(job["status"], "done") << job;
+    const std::string path = "/api/v1/models/" + job["result"]["model_id"].get<std::string>();
+    EXPECT_EQ(client.get(path).status, 200) << "the newest stays";
+    if (first.empty()) first = path;
+  }
+  const HttpResponse gone = client.get(first);
+  EXPECT_EQ(gone.status, 410);
+  EXPECT_EQ(gone.json()["code"], "gone");
+  EXPECT_FALSE(gone.json()["hint"].get<std::string>().empty());
+  EXPECT_LT(client.get("/api/v1/models").json()["models"].size(), 16U);
 }
 
 TEST_F(Resources, TheTableDescribesItself) {

@@ -108,7 +108,6 @@ class Threats(unittest.TestCase):
                   b"[" + b"1," * 1900000 + b"1]"]
         with self.bounded():
             for body in bodies:
-                self.assertIn(self.server.request("POST", "/models", body)[0], (400, 415, 422))
                 self.assertIn(self.server.exchange(
                     self.head("POST", "/api/v1/models", self.token(), "Content-Type: application/json",
                               f"Content-Length: {len(body)}") + body), (400, 422))

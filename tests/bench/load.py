@@ -1,0 +1,205 @@
+#!/usr/bin/env python3
+"""What the server carries: viewers of live simulations, and /health meanwhile. Prints one line a figure, or one JSON
+document with --json. ISOCHOR names the program (default: build/release/server/isochor)."""
+import json
+import os
+import pathlib
+import selectors
+import statistics
+import sys
+import threading
+import time
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+os.environ.setdefault("ISOCHOR", str(SOURCE / "build" / "release" / "server" / "isochor"))
+sys.path.insert(0, str(SOURCE / "tests" / "http"))
+from serving import Serving  # noqa: E402
+
+
+class Viewers:
+    """Readers of a stream that take all they get, in one thread; frames are lines."""
+
+    def __init__(self, server, path, count):
+        self.sockets = [server.stream(path) for _ in range(count)]
+        self.lines = [0] * count
+        self.over = threading.Event()
+        self.thread = threading.Thread(target=self.read)
+        self.thread.start()
+
+    def read(self):
+        selector, buffer = selectors.DefaultSelector(), bytearray(1 << 18)
+        for i, peer in enumerate(self.sockets):
+            selector.register(peer, selectors.EVENT_READ, i)
+        while not self.over.is_set():
+            for key, _ in selector.select(0.05):
+                size = key.fileobj.recv_into(buffer)
+                self.lines[key.data] += buffer.count(b'"type":"frame"', 0, size)
+        selector.close()
+
+    def close(self):
+        self.over.set()
+        self.thread.join()
+        for peer in self.sockets:
+            peer.close()
+
+
+class Health:
+    """Asked again and again; seconds of each answer."""
+
+    def __init__(self, server):
+        self.seconds, self.over = [], threading.Event()
+
+        def ask():
+            while not self.over.is_set():
+                start = time.perf_counter()
+                server.get("/health")
+                self.seconds.append(time.perf_counter() - start)
+                self.over.wait(0.01)
+        self.thread = threading.Thread(target=ask)
+        self.thread.start()
+
+    def close(self):
+        self.over.set()
+        self.thread.join()
+        ordered = sorted(self.seconds)
+        return {"median_ms": 1e3 * statistics.median(ordered), "p99_ms": 1e3 * ordered[int(0.99 * len(ordered))],
+                "max_ms": 1e3 * ordered[-1]}
+
+
+def new_simulation(server, cells, query=""):
+    body = {"type": "deformable", "edge_stiffness": 100, "diagonal_stiffness": 100,
+            "lattice": {"cells": [cells] * 3, "cell_size": 1.0 / cells, "origin": [0, 1, 0]}}
+    simulation = server.send("POST", "/simulations?state=playing&wait_ms=10000" + query,
+                             {"duration": None, "gravity": [0, 0, 0], "bodies": [body]})
+    return simulation["frames"], "/simulations/" + simulation["id"]
+
+
+def steps_per_second(server, path, seconds):
+    first, start = server.get(path)["seq"], time.perf_counter()
+    time.sleep(seconds)
+    return (server.get(path)["seq"] - first) / (time.perf_counter() - start)
+
+
+def many_viewers(server, seconds=6.0):
+    """200 viewers of 4,913 vertices, each frame 80 KB."""
+    frames, path = new_simulation(server, 16)
+    alone = steps_per_second(server, path, 2.0)
+    memory, encoded, seq = server.resident_bytes(), server.get(path)["encoded_frames"], server.get(path)["seq"]
+    viewers, health = Viewers(server, frames, 200), Health(server)
+    time.sleep(1.0)
+    before, start = list(viewers.lines), time.perf_counter()
+    rate = steps_per_second(server, path, seconds)
+    rates = [(now - then) / (time.perf_counter() - start) for now, then in zip(viewers.lines, before)]
+    state = server.get(path)
+    asked = health.close()
+    viewers.close()
+    start = time.perf_counter()
+    while server.get(path)["viewers"]:
+        time.sleep(0.005)
+    gone = time.perf_counter() - start
+    kept = (server.get(path)["seq"] - seq) * 17**3 * 24  # frames for scrubbing, viewers or not
+    growth = server.resident_bytes() - memory - kept
+    server.request("DELETE", path)
+    return {"viewers": 200, "frames_per_second_least": min(rates), "frames_per_second_median": statistics.median(rates),
+            "encodes_per_frame": (state["encoded_frames"] - encoded) / (state["seq"] - seq),
+            "step_rate": rate, "step_rate_alone": alone, "memory_growth_mb": growth / 1e6, "gone_after_s": gone,
+            "health": asked}
+
+
+def few_viewers(server, rounds=7, seconds=1.0):
+    """4 viewers at 30 frames a second of a simulation that steps as fast as it can: the ratio of its rates, with and
+    without them in turn."""
+    frames, path = new_simulation(server, 16, "&pace=fast")
+    stride = max(1, round(steps_per_second(server, path, seconds) / 30))
+    ratios, seen = [], []
+    for _ in range(rounds):
+        without = steps_per_second(server, path, seconds)
+        viewers = Viewers(server, f"{frames}?stride={stride}", 4)
+        ratios.append(steps_per_second(server, path, seconds) / without)
+        seen.append(sum(viewers.lines) / 4 / seconds)
+        viewers.close()
+    server.request("DELETE", path)
+    return {"step_rate_ratio": statistics.median(ratios), "least": min(ratios), "most": max(ratios),
+            "frames_per_second": statistics.median(seen)}
+
+
+def one_browser(server, seconds=4.0):
+    """One viewer of 19,683 vertices at real time, 60 frames a second, 320 KB each."""
+    frames, path = new_simulation(server, 26)
+    alone = steps_per_second(server, path, 2.0)
+    viewers = Viewers(server, frames, 1)
+    rate = steps_per_second(server, path, seconds)
+    seen = viewers.lines[0] / seconds
+    viewers.close()
+    server.request("DELETE", path)
+    return {"frames_per_second": seen, "step_rate": rate, "step_rate_alone": alone}
+
+
+def slow_heads(server, seconds=3.0):
+    """/health while 300 connections hold an unfinished head."""
+    peers = [server.connect(b"GET / HTTP/1.1\r\nX-Slow: " + b"a" * 1000) for _ in range(300)]
+    health = Health(server)
+    time.sleep(seconds)
+    asked = health.close()
+    for peer in peers:
+        peer.close()
+    return asked
+
+
+def slow_reader(server, seconds=4.0):
+    """One reader of 1 KB/s beside one that takes all: what the other gets."""
+    frames, path = new_simulation(server, 16)
+    viewers = Viewers(server, frames, 1)
+    rates = {}
+    for name in ("alone", "beside"):
+        if name == "beside":
+            slow = server.stream(frames, receive_buffer=4096)
+        before, end = viewers.lines[0], time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            if name == "beside":
+                slow.recv(100)
+            time.sleep(0.1)
+        rates[name] = (viewers.lines[0] - before) / seconds
+    slow.close()
+    viewers.close()
+    server.request("DELETE", path)
+    return {"frames_per_second_" + name: rate for name, rate in rates.items()}
+
+
+def cancelling(server, tries=20):
+    """From the request that cancels a long job to its end, at moments spread over the job."""
+    mesh, seconds = server.send("POST", "/meshes?sample=tree")["id"], []
+    for i in range(tries):
+        job = server.send("POST", "/models", {"mesh_id": mesh, "params": {"voxels": 400, "cells": 150 + i}})
+        time.sleep(0.2 * i)
+        start = time.perf_counter()
+        ended = server.send("DELETE", "/jobs/" + job["id"])
+        if ended["status"] == "cancelled":
+            seconds.append(time.perf_counter() - start)
+    return {"cancelled": len(seconds), "median_ms": 1e3 * statistics.median(seconds), "max_ms": 1e3 * max(seconds)}
+
+
+def show(name, value, indent=""):
+    if isinstance(value, dict):
+        print(f"{indent}{name}")
+        for key, item in value.items():
+            show(key, item, indent + "  ")
+    else:
+        print(f"{indent}{name:<28}{value:10.3f}")
+
+
+def main():
+    figures = {}
+    for measure in (slow_heads, cancelling, one_browser, few_viewers, slow_reader, many_viewers):
+        with Serving() as server:
+            server.wait_until_idle()
+            figures[measure.__name__] = measure(server)
+        if "--json" not in sys.argv:
+            show(measure.__name__, figures[measure.__name__])
+            sys.stdout.flush()
+    if "--json" in sys.argv:
+        print(json.dumps(figures, indent=1))
+
+
+if __name__ == "__main__":
+    main()
