@@ -75,10 +75,12 @@ void Stepper::advance(double h, int halvings) {
   for (SceneSoftBody& soft : world_.soft)
     if (!soft.finished) finish(step, soft);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
+  starting_ = false;
 }
 
 void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
-  if (soft.inverted && turn_right_side_out(soft.body, soft.body.positions)) soft.forces_valid = false;
+  if (starting_ && soft.inverted && turn_right_side_out(soft.body, soft.body.positions))
+    soft.forces_valid = false;
   soft.stepping = soft.integrator;
   if (soft.integrator == SpringIntegrator::energy_momentum && !is_in_free_flight(soft))
     soft.stepping = SpringIntegrator::implicit;

@@ -28,6 +28,7 @@ class Stepper {
   bool settle(const Substep& step, SceneSoftBody& soft);
 
   World& world_;
+  bool starting_ = true;  ///< before the first substep has ended
   StepStats stats_;
 };
 
