@@ -171,8 +171,12 @@ void ParticleContacts::set_plane(const SoftBody& body, std::int32_t particle, co
     particles_.back().moved = false;
   }
   Contact& contact = particles_[slot_[particle]];
-  // Of one just released, still where the contact held it, the push is known.
-  if (contact.planes == 0 && !contact.moved)
+  // Of one just released, still where the contact held it, the push is known, and bodies with a mass must not
+  // feel more. Against the others the whole displacement counts, or impacts at 100 m/s on a thin plate pass
+  // through it: released and found in turn, particles would be set back to where their speed has carried
+  // them.
+  const bool known = contact.moved && carriers_.carries(plane.source);
+  if (contact.planes == 0 && !known)
     contact.push = body.masses[particle] * (body.positions.at(particle) - predicted_.at(particle));
   int k = 0;
   while (k < contact.planes && contact.plane[k].source != plane.source) ++k;
