@@ -20,10 +20,6 @@ struct PolygonSoup {
 /// Reads a checked mesh with CGAL's polygon soup readers.
 PolygonSoup read_with_cgal(const CheckedMesh& mesh, MeshFormat format, Progress& progress);
 
-/// The same soups, bit for bit, for the formats in which large meshes come, ten times faster.
-PolygonSoup read_plain_obj(const CheckedMesh& mesh, Progress& progress);
-PolygonSoup read_plain_stl(const CheckedMesh& mesh, Progress& progress);
-
 /// Every polygon of n corners becomes n−2 triangles: a fan when it is convex in its own plane, ears else.
 TriangleSoup triangulate(PolygonSoup soup, Progress& progress);
 

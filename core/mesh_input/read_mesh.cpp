@@ -34,14 +34,7 @@ TriangleSoup read_polygons(std::span<const char> bytes, MeshFormat format, Progr
   const CheckedMesh mesh = check(bytes, format);
   progress.throw_if_cancelled();
   if (mesh.polygons == 0) return {std::vector<Vec3>(mesh.vertices > 0 ? 1 : 0, Vec3::Zero()), {}};
-  switch (format) {
-    case MeshFormat::obj:
-      return triangulate(read_plain_obj(mesh, progress), progress);
-    case MeshFormat::stl:
-      return triangulate(read_plain_stl(mesh, progress), progress);
-    default:
-      return triangulate(read_with_cgal(mesh, format, progress), progress);
-  }
+  return triangulate(read_with_cgal(mesh, format, progress), progress);
 }
 
 std::string read_bytes(const std::filesystem::path& path) {

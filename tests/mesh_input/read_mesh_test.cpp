@@ -6,12 +6,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <random>
 #include <string>
 
 #include "core/common/error.h"
 #include "core/mesh_input/inspect.h"
-#include "core/mesh_input/polygon_soup.h"
 
 namespace isochor {
 namespace {
@@ -134,54 +132,6 @@ TEST(ReadMesh, KeepsEveryBitOfACoordinate) {
            MeshFormat::obj);
   EXPECT_EQ(soup.positions[0], Vec3(0.1, 0.0, 4.9e-324));
   EXPECT_EQ(soup.positions[1], Vec3(123456789.123456789, -2.2250738585072014e-308, 1e29));
-}
-
-void expect_equal(const PolygonSoup& a, const PolygonSoup& b) {
-  EXPECT_EQ(a.positions, b.positions);
-  EXPECT_EQ(a.polygons, b.polygons);
-}
-
-TEST(ReadMesh, TheFastReadersAgreeWithTheLibrary) {
-  std::mt19937_64 random(5);
-  const auto coordinate = [&] {
-    return std::ldexp(static_cast<double>(random()), -64 + static_cast<int>(random() % 9));
-  };
-  std::string obj, text = "solid a\n", binary(84, ' ');
-  const std::uint32_t count = 500;
-  std::memcpy(binary.data() + 80, &count, sizeof count);
-  for (int v = 1; v <= 300; ++v) {
-    char line[100];
-    std::snprintf(line, sizeof line, "v %.17g %g -%.9e\n", coordinate(), coordinate(), coordinate());
-    obj += line;
-  }
-  std::vector<Vec3> corners{Vec3(0.0, -0.0, 1.0)};
-  for (int c = 0; c < 200; ++c) corners.emplace_back(coordinate(), -coordinate(), coordinate());
-  for (std::uint32_t f = 0; f < count; ++f) {
-    obj += "f";
-    for (std::size_t c = 0; c < 3 + f % 4; ++c) obj += " " + std::to_string(1 + random() % 300);
-    obj += "\n";
-    text += "facet normal 0 0 1\n outer loop\n";
-    binary.append(12, '\0');
-    for (int c = 0; c < 3; ++c) {
-      const Vec3 corner = corners[random() % corners.size()] * (random() % 2 == 0 ? 1.0 : -1.0);
-      char line[100];
-      std::snprintf(line, sizeof line, "  vertex %.17g %g %g\n", corner.x(), corner.y(), corner.z());
-      text += line;
-      for (int axis = 0; axis < 3; ++axis) append_float(binary, static_cast<float>(corner[axis]));
-    }
-    text += " endloop\nendfacet\n";
-    binary.append(2, '\0');
-  }
-  text += "endsolid a\n";
-  Progress progress;
-  const CheckedMesh checked = check_obj(obj);
-  expect_equal(read_plain_obj(checked, progress), read_with_cgal(checked, MeshFormat::obj, progress));
-  for (const std::string& stl : {text, binary}) {
-    const CheckedMesh solid = check_stl(stl);
-    const PolygonSoup soup = read_plain_stl(solid, progress);
-    EXPECT_LT(soup.positions.size(), 450U);
-    expect_equal(soup, read_with_cgal(solid, MeshFormat::stl, progress));
-  }
 }
 
 double area(const TriangleSoup& soup) {
