@@ -22,7 +22,7 @@ ImplicitStep::ImplicitStep(const SoftBody& body)
 
 /// displacement_ = h·d.
 RigidPart ImplicitStep::split_velocities(const SoftBody& body, double h) {
-  const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
+  RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
   rotation_ = rotation_by(h * motion.angular_velocity);
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 rigid = motion.velocity + motion.angular_velocity.cross(body.positions.at(i) - motion.center);

@@ -29,8 +29,8 @@ std::optional<Vec3> crossing(const Vec3& p, const Vec3& q, const Corners& t) {
 
 std::optional<Vec3> crossing(const Corners& a, const Corners& b) {
   for (int i = 0; i < 3; ++i) {
-    if (const auto at = crossing(a[i], a[(i + 1) % 3], b)) return at;
-    if (const auto at = crossing(b[i], b[(i + 1) % 3], a)) return at;
+    if (auto at = crossing(a[i], a[(i + 1) % 3], b)) return at;
+    if (auto at = crossing(b[i], b[(i + 1) % 3], a)) return at;
   }
   return std::nullopt;
 }
