@@ -28,7 +28,7 @@ std::string options_of(const CLI::App& command) {
   std::string text;
   for (const CLI::Option* option : command.get_options()) {
     const std::string value = option->get_type_size() > 0 && !option->get_positional()
-                                  ? " \\fI" + roff(option->get_type_name()) + "\\fR"
+                                  ? fmt::format(" \\fI{}\\fR", roff(option->get_type_name()))
                                   : "";
     std::string fallback = option->get_default_str();
     if (!fallback.empty()) fallback = " Default: " + fallback + ".";

@@ -123,7 +123,7 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
     CommandProgress progress(context);
     report = report_scene(scene, options, progress);
   }
-  const std::string json = encode_scene_report(report);
+  std::string json = encode_scene_report(report);
   write_report(folder, json, encode_scene_csv(report));
   print_scene_report(context, report, folder);
   if (!report.complete) {
@@ -149,7 +149,7 @@ std::string run_meshing_report(CliContext& context, const ReportCommand& command
     write_report(folder, encode_meshing_report(so_far, name), encode_meshing_csv(so_far));
   };
   const MeshingReport report = report_meshing(mesh.soup, options, progress);
-  const std::string json = encode_meshing_report(report, name);
+  std::string json = encode_meshing_report(report, name);
   write_report(folder, json, encode_meshing_csv(report));
   if (!report.complete) context.exit_code = exit_interrupted;
   return json;

@@ -105,7 +105,7 @@ void Assets::add(const fs::path& path, const std::string& url, const std::string
   std::string text = file.is_page ? with_token(read_all(path), token) : read_all(path);
   file.etag = '"' + content_id("", text) + '"';
   const bool compressible =
-      file.content_type.starts_with("text/") || file.content_type.find("+") != std::string::npos;
+      file.content_type.starts_with("text/") || file.content_type.find('+') != std::string::npos;
   // The token shares no compressed answer with anything that a stranger chose.
   if (compressible && !file.is_page) file.gzip = std::make_shared<const std::string>(gzip(text));
   file.plain = std::make_shared<const std::string>(std::move(text));

@@ -68,7 +68,7 @@ bool Connection::read_head(const Service& service, Clock::time_point now) {
   input_.append(buffer.data(), static_cast<std::size_t>(got));
 
   const std::size_t length = head_length(input_, searched);
-  if (length == std::string::npos || length > max_head_bytes) {
+  if (length > max_head_bytes) {  // or npos: not there yet
     if (input_.size() > max_head_bytes)
       respond(problem_response(Refusal{431, "head_too_large", "the head exceeds 16 KiB", ""}), now);
     return false;

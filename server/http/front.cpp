@@ -154,9 +154,9 @@ void Front::dispatch(Connection& connection, Clock::time_point now) {
 
 void Front::take_answers(Clock::time_point now) {
   auto ready = answers_->ready.with([](auto& waiting) { return std::exchange(waiting, {}); });
-  for (auto& [id, response] : ready)
-    if (const auto found = entries_.find(id); found != entries_.end())
-      with(found->second, [&](Connection& connection) { connection.respond(std::move(response), now); });
+  for (auto& answer : ready)
+    if (const auto found = entries_.find(answer.first); found != entries_.end())
+      with(found->second, [&](Connection& connection) { connection.respond(std::move(answer.second), now); });
 }
 
 void Front::update(Entry& entry) {
