@@ -62,7 +62,7 @@ JsonFields::JsonFields(const Json& object, std::string pointer, std::vector<Erro
   if (!object_.is_object()) faults_.push_back({pointer_, "must be an object", {}, {}});
 }
 
-JsonFields::~JsonFields() {
+void JsonFields::note_unknown() {
   if (!object_.is_object()) return;
   for (const auto& [name, value] : object_.items()) {
     if (std::ranges::find(known_, name) == known_.end())

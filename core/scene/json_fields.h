@@ -3,6 +3,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/common/error.h"
@@ -26,7 +28,6 @@ Json parse_json(std::string_view text, std::string_view what);
 class JsonFields {
  public:
   JsonFields(const Json& object, std::string pointer, std::vector<ErrorDetail>& faults);
-  ~JsonFields();  ///< notes every field that nobody asked for
   JsonFields(const JsonFields&) = delete;
   JsonFields& operator=(const JsonFields&) = delete;
 
@@ -52,6 +53,9 @@ class JsonFields {
     if (index >= 0) target = static_cast<Enum>(index);
   }
 
+  /// Notes every field that nobody asked for.
+  void note_unknown();
+
   std::vector<ErrorDetail>& faults() const { return faults_; }
 
  private:
@@ -62,6 +66,21 @@ class JsonFields {
   std::vector<ErrorDetail>& faults_;
   std::vector<std::string> known_;
 };
+
+/// What read(fields) makes of one object; then every field that it did not ask for is noted. Not left to a
+/// destructor, because noting may run out of memory.
+template <class Read>
+auto read_object(const Json& object, std::string pointer, std::vector<ErrorDetail>& faults, Read&& read) {
+  JsonFields fields(object, std::move(pointer), faults);
+  if constexpr (std::is_void_v<decltype(read(fields))>) {
+    read(fields);
+    fields.note_unknown();
+  } else {
+    auto result = read(fields);
+    fields.note_unknown();
+    return result;
+  }
+}
 
 /// A number within the range, or a fault at the pointer.
 bool read_number(const Json& value, const std::string& pointer, Range range, double& target,

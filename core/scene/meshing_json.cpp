@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "core/parameters/parameters.h"
@@ -42,7 +44,8 @@ MeshingOptions read_meshing(const Json& json, const std::string& pointer, std::v
     if (auto read = to_value(value))
       values.emplace_back(name, *read);
     else
-      faults.push_back({pointer + "/" + name, "must be a number, a string, true or false", {}, {}});
+      faults.push_back(
+          {fmt::format("{}/{}", pointer, name), "must be a number, a string, true or false", {}, {}});
   }
   try {
     set_parameters(options, values);

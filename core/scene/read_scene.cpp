@@ -17,17 +17,18 @@ using Faults = std::vector<ErrorDetail>;
 constexpr std::size_t max_list = 100000;
 
 SolverOptions read_solver(const Json& json, Faults& faults) {
-  JsonFields fields(json, "/solver", faults);
-  SolverOptions solver;
-  fields.read_choice("volume", solver.volume, std::array{"newton"sv, "scaling"sv, "gradient"sv});
-  fields.read_choice("constraint", solver.constraint, std::array{"per_cell"sv, "per_tet"sv});
-  fields.read_choice("springs", solver.springs,
-                     std::array{"auto"sv, "symplectic"sv, "implicit"sv, "energy_momentum"sv});
-  fields.read("tolerance", solver.tolerance, {1e-12, 1e-1});
-  fields.read("max_iterations", solver.max_iterations, {1, 100000});
-  const Json* substeps = fields.find("substeps");
-  if (substeps && *substeps != "auto") fields.read("substeps", solver.substeps, {1, 100000});
-  return solver;
+  return read_object(json, "/solver", faults, [&](JsonFields& fields) {
+    SolverOptions solver;
+    fields.read_choice("volume", solver.volume, std::array{"newton"sv, "scaling"sv, "gradient"sv});
+    fields.read_choice("constraint", solver.constraint, std::array{"per_cell"sv, "per_tet"sv});
+    fields.read_choice("springs", solver.springs,
+                       std::array{"auto"sv, "symplectic"sv, "implicit"sv, "energy_momentum"sv});
+    fields.read("tolerance", solver.tolerance, {1e-12, 1e-1});
+    fields.read("max_iterations", solver.max_iterations, {1, 100000});
+    const Json* substeps = fields.find("substeps");
+    if (substeps && *substeps != "auto") fields.read("substeps", solver.substeps, {1, 100000});
+    return solver;
+  });
 }
 
 /// Each element of a list field, with its pointer.
@@ -42,27 +43,29 @@ void read_list(JsonFields& fields, std::string_view name, Read&& read) {
 }
 
 Pin read_pin(const Json& json, const std::string& pointer, Faults& faults) {
-  JsonFields fields(json, pointer, faults);
-  Pin pin;
-  fields.read("body", pin.body);
-  if (const Json* inside = fields.find("inside"))
-    pin.inside = read_axis_box(*inside, fields.pointer("inside"), faults);
-  const Json* to = fields.find("to");
-  if (to && !to->is_null()) fields.read("to", pin.to.emplace());
-  return pin;
+  return read_object(json, pointer, faults, [&](JsonFields& fields) {
+    Pin pin;
+    fields.read("body", pin.body);
+    if (const Json* inside = fields.find("inside"))
+      pin.inside = read_axis_box(*inside, fields.pointer("inside"), faults);
+    const Json* to = fields.find("to");
+    if (to && !to->is_null()) fields.read("to", pin.to.emplace());
+    return pin;
+  });
 }
 
 Joint read_joint(const Json& json, const std::string& pointer, Faults& faults) {
-  JsonFields fields(json, pointer, faults);
-  Joint joint;
-  fields.read_choice("type", joint.type, std::array{"ball"sv, "hinge"sv, "fixed"sv});
-  fields.read("a", joint.a);
-  fields.read("b", joint.b);
-  fields.read("anchor", joint.anchor, {-1e9, 1e9});
-  fields.read("axis", joint.axis, {-1e6, 1e6});
-  if (joint.axis.norm() < 1e-9) fields.fault("axis", "must not be zero");
-  joint.axis.normalize();
-  return joint;
+  return read_object(json, pointer, faults, [&](JsonFields& fields) {
+    Joint joint;
+    fields.read_choice("type", joint.type, std::array{"ball"sv, "hinge"sv, "fixed"sv});
+    fields.read("a", joint.a);
+    fields.read("b", joint.b);
+    fields.read("anchor", joint.anchor, {-1e9, 1e9});
+    fields.read("axis", joint.axis, {-1e6, 1e6});
+    if (joint.axis.norm() < 1e-9) fields.fault("axis", "must not be zero");
+    joint.axis.normalize();
+    return joint;
+  });
 }
 
 /// Names that the rest of the scene refers to.
@@ -108,29 +111,30 @@ class NameCheck {
 };
 
 Scene read_fields(const Json& json, const std::filesystem::path& base_folder, Faults& faults) {
-  JsonFields fields(json, "", faults);
-  Scene scene;
-  fields.read("name", scene.name);
-  const Json* duration = fields.find("duration");
-  if (duration && duration->is_null())
-    scene.duration.reset();
-  else
-    fields.read("duration", *scene.duration, {0.0, 1e9});
-  fields.read("frame_rate", scene.frame_rate, {1e-3, 1e6});
-  fields.read("gravity", scene.gravity, {-1e6, 1e6});
-  if (const Json* solver = fields.find("solver")) scene.solver = read_solver(*solver, faults);
-  read_list(fields, "bodies", [&](const Json& body, const std::string& pointer) {
-    scene.bodies.push_back(read_body(body, pointer, base_folder, faults));
-    if (scene.bodies.back().name.empty())
-      scene.bodies.back().name = fmt::format("body_{}", scene.bodies.size() - 1);
+  return read_object(json, "", faults, [&](JsonFields& fields) {
+    Scene scene;
+    fields.read("name", scene.name);
+    const Json* duration = fields.find("duration");
+    if (duration && duration->is_null())
+      scene.duration.reset();
+    else
+      fields.read("duration", *scene.duration, {0.0, 1e9});
+    fields.read("frame_rate", scene.frame_rate, {1e-3, 1e6});
+    fields.read("gravity", scene.gravity, {-1e6, 1e6});
+    if (const Json* solver = fields.find("solver")) scene.solver = read_solver(*solver, faults);
+    read_list(fields, "bodies", [&](const Json& body, const std::string& pointer) {
+      scene.bodies.push_back(read_body(body, pointer, base_folder, faults));
+      if (scene.bodies.back().name.empty())
+        scene.bodies.back().name = fmt::format("body_{}", scene.bodies.size() - 1);
+    });
+    read_list(fields, "pins", [&](const Json& pin, const std::string& pointer) {
+      scene.pins.push_back(read_pin(pin, pointer, faults));
+    });
+    read_list(fields, "joints", [&](const Json& joint, const std::string& pointer) {
+      scene.joints.push_back(read_joint(joint, pointer, faults));
+    });
+    return scene;
   });
-  read_list(fields, "pins", [&](const Json& pin, const std::string& pointer) {
-    scene.pins.push_back(read_pin(pin, pointer, faults));
-  });
-  read_list(fields, "joints", [&](const Json& joint, const std::string& pointer) {
-    scene.joints.push_back(read_joint(joint, pointer, faults));
-  });
-  return scene;
 }
 
 }  // namespace
