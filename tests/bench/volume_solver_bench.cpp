@@ -97,7 +97,7 @@ const bool registered = [] {
   for (const State start : {squash, drop}) {
     for (const Shape shape : {box, ball, torus}) add(newton, shape, start, {8, 16, 32}, 1);
     add(newton, box, start, {16, 32}, 2);
-    for (const Solver solver : {scaling, gradient}) add(solver, box, start, {8}, 1);
+    for (const Solver solver : {scaling, gradient}) add(solver, box, start, {4, 6, 8}, 1);
   }
   return true;
 }();

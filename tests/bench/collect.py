@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""One JSON from what the benchmarks wrote: collect.py OUT PART… Of Google Benchmark's fields only those that say something
+about the code are kept."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+NOISE = {"family_index", "per_family_instance_index", "run_name", "run_type", "repetitions", "repetition_index", "threads",
+         "cpu_time", "aggregate_unit"}
+
+
+def first_line(*command):
+    done = subprocess.run(command, cwd=pathlib.Path(__file__).parent, capture_output=True, text=True)
+    return done.stdout.splitlines()[0].strip() if done.stdout else "unknown"
+
+
+def rounded(value):
+    return float(f"{value:.4g}") if isinstance(value, float) else value
+
+
+def entry(benchmark):
+    return {name: rounded(value) for name, value in benchmark.items() if name not in NOISE}
+
+
+def program(document):
+    return [entry(benchmark) for benchmark in document["benchmarks"]] if "benchmarks" in document else document
+
+
+def main(out, *parts):
+    cpu = [line.split(": ", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
+    figures = {"machine": f"{cpu[0] if cpu else 'unknown CPU'}, {os.cpu_count()} cores",
+               "compiler": first_line("c++", "--version"), "commit": first_line("git", "rev-parse", "--short=12", "HEAD"),
+               "load_average": round(os.getloadavg()[2], 1),
+               "programs": {pathlib.Path(part).stem: program(json.load(open(part))) for part in parts}}
+    with open(out, "w") as file:
+        json.dump(figures, file, indent=1)
+        file.write("\n")
+
+
+main(*sys.argv[1:])
