@@ -27,6 +27,11 @@ std::optional<Refusal> check_host(const std::vector<std::string>& hosts, const A
                  "use the URL that the server printed"};
 }
 
+/// Behind a proxy that ends TLS the page's own origin is https.
+bool is_own_origin(const std::string& origin, const std::string& host, const AccessPolicy& policy) {
+  return origin == "http://" + host || (policy.hosts.empty() && origin == "https://" + host);
+}
+
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
   unsigned difference = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
@@ -50,7 +55,7 @@ std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy
   const auto hosts = values(head, "host");
   if (auto refusal = check_host(hosts, policy)) return refusal;
   for (const std::string& origin : values(head, "origin"))
-    if (origin != "http://" + hosts.front())
+    if (!is_own_origin(origin, hosts.front(), policy))
       return Refusal{403, "origin", "requests from other origins are refused",
                      "open the page that this server serves"};
   for (const std::string& site : values(head, "sec-fetch-site"))
@@ -66,6 +71,15 @@ std::optional<Refusal> check_token(const Head& head, const AccessPolicy& policy)
     return std::nullopt;
   return Refusal{401, "token", "a request that changes state needs this launch's token",
                  "send Authorization: Bearer with the token that the server printed or put into its page"};
+}
+
+bool has_trustworthy_origin(const Request& request) {
+  const std::string* scheme = request.header("x-forwarded-proto");
+  if (scheme) return *scheme == "https";
+  const std::string* host = request.header("host");
+  if (!host) return false;
+  const std::string name = host->substr(0, host->rfind(':'));
+  return name == "127.0.0.1" || name == "localhost" || name == "[::1]";
 }
 
 std::string make_token() {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "server/http/head_check.h"
+#include "server/http/message.h"
 
 namespace isochor {
 
@@ -23,6 +24,9 @@ std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy
 
 /// Authorization: Bearer, compared in constant time.
 std::optional<Refusal> check_token(const Head& head, const AccessPolicy& policy);
+
+/// Whether a browser trusts where it reached us: at loopback, or over TLS, of which a proxy tells.
+bool has_trustworthy_origin(const Request& request);
 
 /// 32 random bytes in hexadecimal.
 std::string make_token();

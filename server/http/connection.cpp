@@ -31,20 +31,20 @@ ssize_t receive(int socket, char* to, std::size_t size) {
 
 }  // namespace
 
-Connection::Connection(int socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now)
-    : socket_(socket), id_(id), limits_(limits), opened_(now), deadline_(now + limits.head) {
-  set_option(socket_, IPPROTO_TCP, TCP_NODELAY, 1);
-  // Bounds what the kernel holds for a slow reader, and lets newer frames replace what was not sent yet.
-  set_option(socket_, SOL_SOCKET, SO_SNDBUF, 256 * 1024);
+void Socket::close() {
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
 }
 
-Connection::~Connection() {
-  close();
+Connection::Connection(Socket socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now)
+    : socket_(std::move(socket)), id_(id), limits_(limits), opened_(now), deadline_(now + limits.head) {
+  set_option(socket_.descriptor(), IPPROTO_TCP, TCP_NODELAY, 1);
+  // Bounds what the kernel holds for a slow reader, and lets newer frames replace what was not sent yet.
+  set_option(socket_.descriptor(), SOL_SOCKET, SO_SNDBUF, 256 * 1024);
 }
 
 void Connection::close() {
   if (state_ == State::closed) return;
-  ::close(socket_);
+  socket_.close();
   state_ = State::closed;
   stream_.reset();
   pending_.reset();
@@ -61,7 +61,7 @@ bool Connection::on_readable(const Service& service, Clock::time_point now) {
 
 bool Connection::read_head(const Service& service, Clock::time_point now) {
   std::array<char, max_head_bytes> buffer;
-  const ssize_t got = receive(socket_, buffer.data(), buffer.size());
+  const ssize_t got = receive(socket_.descriptor(), buffer.data(), buffer.size());
   if (got == 0) close();
   if (got <= 0) return false;
   const std::size_t searched = input_.size();
@@ -81,7 +81,7 @@ bool Connection::read_head(const Service& service, Clock::time_point now) {
   admission_ = std::move(std::get<Admission>(admitted));
   head_only_ = admission_.head_only;
   if (admission_.expects_continue)
-    send(socket_, "HTTP/1.1 100 Continue\r\n\r\n", 25, MSG_NOSIGNAL | MSG_DONTWAIT);
+    send(socket_.descriptor(), "HTTP/1.1 100 Continue\r\n\r\n", 25, MSG_NOSIGNAL | MSG_DONTWAIT);
   state_ = State::body;
   deadline_ = now + limits_.body;
   std::string& body = admission_.request.body;
@@ -95,17 +95,16 @@ bool Connection::read_body() {
   std::array<char, read_size> buffer;
   std::string& body = admission_.request.body;
   const std::size_t missing = admission_.body_bytes - body.size();
-  const ssize_t got = receive(socket_, buffer.data(), std::min(buffer.size(), missing));
+  const ssize_t got = receive(socket_.descriptor(), buffer.data(), std::min(buffer.size(), missing));
   if (got == 0) close();
   if (got <= 0) return false;
   body.append(buffer.data(), static_cast<std::size_t>(got));
   return body.size() == admission_.body_bytes;
 }
 
-/// The reader of a stream that ends its side is gone.
 void Connection::discard_input() {
   std::array<char, read_size> buffer;
-  const ssize_t got = receive(socket_, buffer.data(), buffer.size());
+  const ssize_t got = receive(socket_.descriptor(), buffer.data(), buffer.size());
   if (got > 0) discarded_ += static_cast<std::size_t>(got);
   if (got == 0 || discarded_ > max_discarded) close();
 }
@@ -133,7 +132,7 @@ void Connection::respond(Response response, Clock::time_point now) {
   state_ = stream_ ? State::streaming : State::writing;
   opened_ = now;
   deadline_ = now + limits_.stalled_write;
-  on_writable(now);
+  if (!stream_) on_writable(now);
 }
 
 void Connection::on_writable(Clock::time_point now) {
@@ -156,7 +155,7 @@ void Connection::write(Clock::time_point now) {
     msghdr message{};
     message.msg_iov = parts.data();
     message.msg_iovlen = output_.remaining(parts);
-    const ssize_t sent = sendmsg(socket_, &message, MSG_NOSIGNAL);
+    const ssize_t sent = sendmsg(socket_.descriptor(), &message, MSG_NOSIGNAL);
     if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
     if (sent < 0) return close();
     output_.sent += static_cast<std::size_t>(sent);
@@ -198,7 +197,7 @@ void Connection::pull(Clock::time_point now) {
 
 /// The peer may still be sending: closing at once would reset the connection and take the answer with it.
 void Connection::finish(Clock::time_point now) {
-  shutdown(socket_, SHUT_WR);
+  shutdown(socket_.descriptor(), SHUT_WR);
   state_ = State::lingering;
   stream_.reset();
   deadline_ = now + limits_.linger;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "server/http/service.h"
 
@@ -18,14 +19,28 @@ struct ConnectionLimits {
   std::chrono::milliseconds head{5000}, body{60000}, stalled_write{30000}, whole_answer{300000}, linger{1000};
 };
 
-/// One request on one socket, as a state machine of the front's thread: it never blocks, and holds no thread
-/// while a peer is slow.
+/// Owns a descriptor.
+class Socket {
+ public:
+  explicit Socket(int descriptor) : descriptor_(descriptor) {}
+  ~Socket() { close(); }
+  Socket(Socket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  Socket& operator=(Socket&&) = delete;
+  void close();
+  int descriptor() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+/// One request on one socket, as a state machine of one thread at a time (the front's, then for a stream its
+/// writer's): it never blocks, and holds no thread while a peer is slow.
 class Connection {
  public:
   enum class State { head, body, working, parked, writing, streaming, lingering, closed };
 
-  Connection(int socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now);
-  ~Connection();
+  Connection(Socket socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now);
+  ~Connection() = default;
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
@@ -33,6 +48,8 @@ class Connection {
   /// worker.
   bool on_readable(const Service& service, Clock::time_point now);
   void on_writable(Clock::time_point now);
+  /// What a peer sends after its request is ignored; the reader of a stream that ends its side is gone.
+  void discard_input();
   /// Deadlines.
   void on_tick(Clock::time_point now);
   /// Something changed elsewhere: asks the parked answer, or for the next piece of the stream.
@@ -40,6 +57,7 @@ class Connection {
 
   /// The whole request, for a worker; the connection waits for respond().
   Admission take_admission();
+  /// Begins to write the answer; a stream waits for on_writable().
   void respond(Response response, Clock::time_point now);
   void close();
 
@@ -51,7 +69,7 @@ class Connection {
   }
   bool wants_write() const { return has_output() || has_more_; }
   std::uint64_t id() const { return id_; }
-  int socket() const { return socket_; }
+  int socket() const { return socket_.descriptor(); }
   Clock::time_point opened() const { return opened_; }
   std::size_t buffered_head() const { return state_ == State::head ? input_.size() : 0; }
   std::size_t declared_body() const { return state_ == State::body ? admission_.body_bytes : 0; }
@@ -70,13 +88,12 @@ class Connection {
   bool has_output() const { return output_.sent < output_.size(); }
   bool read_head(const Service& service, Clock::time_point now);
   bool read_body();
-  void discard_input();
   void write(Clock::time_point now);
   void pull(Clock::time_point now);
   void finish(Clock::time_point now);
   void time_out(Clock::time_point now);
 
-  int socket_;
+  Socket socket_;
   std::uint64_t id_;
   const ConnectionLimits& limits_;
   State state_ = State::head;

@@ -1,13 +1,13 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include "server/http/connection.h"
+#include "server/http/connection_set.h"
 #include "server/http/listener.h"
+#include "server/http/stream_writer.h"
 #include "server/job_queue/guarded.h"
 #include "server/job_queue/worker_pool.h"
 #include "server/stream/waker.h"
@@ -22,12 +22,11 @@ struct FrontLimits {
 };
 
 /// Sockets on one side, request → response on the other: one thread and epoll. Workers see whole requests
-/// only, so that slow peers cost a descriptor and no thread.
+/// only, so that slow peers cost a descriptor and no thread. Streams go on to a thread of their own.
 class Front {
  public:
   Front(Listener& listener, const Service& service, WorkerPool& workers, std::shared_ptr<Waker> waker,
         const FrontLimits& limits = {});
-  ~Front();
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
 
@@ -36,33 +35,25 @@ class Front {
   void stop();  ///< from any thread
 
  private:
-  struct Entry {
-    std::unique_ptr<Connection> connection;
-    std::uint32_t interest = 0;
-  };
-  using Entries = std::map<std::uint64_t, Entry>;
-
   template <class Use>
-  void with(Entry& entry, const Use& use);
+  void with(ConnectionSet::Entry& entry, const Use& use);
   void turn();
   void accept_all(Clock::time_point now);
   void make_room();
-  void handle(Entry& entry, std::uint32_t events, Clock::time_point now);
+  void handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::time_point now);
   void dispatch(Connection& connection, Clock::time_point now);
   void take_answers(Clock::time_point now);
-  void update(Entry& entry);
   void sweep(Clock::time_point now);
-  bool draining() const;
 
   Listener& listener_;
   const Service& service_;
   WorkerPool& workers_;
   std::shared_ptr<Waker> waker_;
   FrontLimits limits_;
-  int epoll_;
   std::atomic<bool> stop_{false};
   std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the listener and the waker
-  Entries entries_;
+  ConnectionSet connections_;
+  StreamWriter streams_;
   Clock::time_point last_tick_{};
   struct Answers;
   std::shared_ptr<Answers> answers_;  ///< shared with tasks that may outlive the front

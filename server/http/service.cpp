@@ -82,7 +82,6 @@ void add_security_headers(Response& response) {
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   response.headers.emplace_back("Referrer-Policy", "no-referrer");
   response.headers.emplace_back("Cross-Origin-Resource-Policy", "same-origin");
-  response.headers.emplace_back("Cross-Origin-Opener-Policy", "same-origin");
   for (const auto& [name, value] : response.headers)
     if (name == "Cache-Control") return;
   response.headers.emplace_back("Cache-Control", "no-store");
@@ -152,6 +151,9 @@ std::variant<Admission, Response> Service::admit(std::string_view text) const {
 Response Service::answer(const Admission& admission) const {
   const Request& request = admission.request;
   Response response = *catching([&] { return std::optional(admission.route->handler(request)); });
+  // Elsewhere browsers ignore it, and warn.
+  if (has_trustworthy_origin(request))
+    response.headers.emplace_back("Cross-Origin-Opener-Policy", "same-origin");
   if (matches_etag(request, response)) {
     response.status = 304;
     response.body = nullptr;

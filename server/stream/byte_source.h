@@ -16,8 +16,8 @@ struct StreamPiece {
   bool empty() const { return size() == 0; }
 };
 
-/// The slot of one reader of a stream. Asked by the front's thread, only when the reader has taken everything
-/// before, so that nothing queues up for a slow one.
+/// The slot of one reader of a stream. Asked by the thread that writes, only when the reader has taken
+/// everything before, so that nothing queues up for a slow one.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;

@@ -19,13 +19,8 @@ Waker::~Waker() {
 
 void Waker::wake() const {
   const std::uint64_t one = 1;
-  // A full counter fails with EAGAIN and is awake already.
+  // Nobody reads the counter: it is full after 2^64 wakes.
   [[maybe_unused]] const auto written = write(descriptor_, &one, sizeof one);
-}
-
-void Waker::clear() const {
-  std::uint64_t count = 0;
-  [[maybe_unused]] const auto got = read(descriptor_, &count, sizeof count);
 }
 
 }  // namespace isochor

@@ -1,9 +1,12 @@
 #pragma once
+#include <sys/epoll.h>
+
+#include <cstdint>
 
 namespace isochor {
 
-/// Tells the front's thread that something changed: a job ended, a frame came, an answer is ready. Any thread
-/// may wake; wakes that meet become one.
+/// Tells the threads that serve connections that something changed: a job ended, a frame came, an answer is
+/// ready. Any thread may wake; wakes that meet become one.
 class Waker {
  public:
   Waker();
@@ -12,8 +15,9 @@ class Waker {
   Waker& operator=(const Waker&) = delete;
 
   void wake() const;
-  void clear() const;
   int descriptor() const { return descriptor_; }
+  /// Edge-triggered: each epoll that watches it is told of each wake, and nobody has to clear it.
+  static constexpr std::uint32_t epoll_events = EPOLLIN | EPOLLET;
 
  private:
   int descriptor_;

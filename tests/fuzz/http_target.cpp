@@ -82,7 +82,7 @@ void fuzz_http(std::string_view bytes) {
   static const ConnectionLimits limits;
   const auto now = Clock::now();
   const SocketPair sockets;
-  Connection connection(sockets.server(), 2, limits, now);
+  Connection connection(Socket(sockets.server()), 2, limits, now);
   if (!bytes.empty() && ::send(sockets.peer(), bytes.data(), bytes.size(), MSG_NOSIGNAL) < 0) return;
   ::shutdown(sockets.peer(), SHUT_WR);
   // In a few reads everything has been taken, or the connection has closed.

@@ -129,5 +129,28 @@ TEST(Access, AnotherAddressTakesAnyOneHostButItsOriginMustAgree) {
   EXPECT_TRUE(check_origin(head({{"host", ""}}), open));
 }
 
+TEST(Access, BehindAProxyThatEndsTlsTheOriginIsHttps) {
+  const AccessPolicy open{.hosts = {}, .token = "secret", .token_for_reading = true};
+  EXPECT_FALSE(check_origin(head({{"host", "box.example"}, {"origin", "https://box.example"}}), open));
+  EXPECT_TRUE(check_origin(head({{"host", "box.example"}, {"origin", "https://evil.example"}}), open));
+  EXPECT_TRUE(check_origin(head({{"host", "localhost:8080"}, {"origin", "https://localhost:8080"}}), policy));
+}
+
+TEST(Access, BrowsersTrustLoopbackAndTls) {
+  const auto trusted = [](Fields headers) {
+    Request request;
+    request.headers = std::move(headers);
+    return has_trustworthy_origin(request);
+  };
+  EXPECT_TRUE(trusted({{"host", "127.0.0.1:8080"}}));
+  EXPECT_TRUE(trusted({{"host", "localhost"}}));
+  EXPECT_TRUE(trusted({{"host", "[::1]:8080"}}));
+  EXPECT_TRUE(trusted({{"host", "box.example"}, {"x-forwarded-proto", "https"}}));
+  EXPECT_FALSE(trusted({{"host", "box.example"}, {"x-forwarded-proto", "http"}}));
+  EXPECT_FALSE(trusted({{"host", "box.example:8080"}}));
+  EXPECT_FALSE(trusted({{"host", "192.168.1.2:8080"}}));
+  EXPECT_FALSE(trusted({}));
+}
+
 }  // namespace
 }  // namespace isochor

@@ -202,6 +202,10 @@ TEST_F(Guard, AnotherInterfaceNeedsAToken) {
   EXPECT_EQ(status("/api/v1/health", "").status, 200);
   EXPECT_EQ(status("/", "").status, 200);
   EXPECT_EQ(status("/", "").body.find("of-my-own"), std::string::npos);
+  // Over plain HTTP from elsewhere browsers ignore this header, and warn.
+  EXPECT_EQ(status("/", "").headers.count("cross-origin-opener-policy"), 0U);
+  EXPECT_EQ(status("/", "X-Forwarded-Proto: https\r\n").headers.count("cross-origin-opener-policy"), 1U);
+  EXPECT_EQ(client_.get("/").headers.count("cross-origin-opener-policy"), 1U);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import {networkInterfaces} from 'node:os';
-import {browser_tests, eventually, open_page, tets, tets_ready} from './support/browser.js';
+import {browser_tests, eventually, no_complaints, open_page, tets, tets_ready} from './support/browser.js';
 import {start_server} from './support/server.js';
 
 const suite = browser_tests();
@@ -37,8 +37,7 @@ test('a server on another address is reached with its token, which does not stay
     assert.ok(!page.url().includes('token'));
     await page.getByRole('button', {name: 'Step (.)'}).click();
     await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
-    const over_plain_http = text => text.includes('untrustworthy');  // what Chromium says of every such address
-    assert.deepEqual(page.complaints.filter(text => !over_plain_http(text)), []);
+    no_complaints(page);
     await page.context().close();
 
     const asked = await open_page({browser: suite.browser, server}, {wait: false});
