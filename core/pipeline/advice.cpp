@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/common/counted.h"
 #include "core/pipeline/stages.h"
 
 namespace isochor {
@@ -93,9 +94,9 @@ void add_warnings(Model& model) {
          "largest_only", 1.0);
   if (lattice.edge_contacts + lattice.vertex_contacts > 0 && lattice.contacts != Contacts::separate)
     warn(model,
-         fmt::format("cells touch only along {} edges and at {} vertices and will swing like hinges: set "
-                     "contacts to fill or separate",
-                     lattice.edge_contacts, lattice.vertex_contacts));
+         fmt::format("cells touch only along {} and at {} and will swing like hinges: set contacts to "
+                     "fill or separate",
+                     counted(lattice.edge_contacts, "edges"), counted(lattice.vertex_contacts, "vertices")));
   if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell)
     warn(model,
          fmt::format("the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or "

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/common/counted.h"
 #include "core/export/atomic_file.h"
 #include "core/export/export.h"
 #include "core/report/meshing_report.h"
@@ -94,13 +95,13 @@ void print_summary(const CliContext& context, const Model& model, double read_ms
     total += stage.ms;
   }
   const QualitySummary& quality = model.quality;
-  context.note(
-      fmt::format("{} tets in {} cells, {} vertices, {} component{}, {:.0f} ms; smallest dihedral {:.1f} "
-                  "deg, {} inverted, "
-                  "volume {:.6g}, coverage {:.1f} %",
-                  model.mesh().tets.size(), model.mesh().cells.size(), model.mesh().positions.size(),
-                  model.lattice->components, model.lattice->components == 1 ? "" : "s", total,
-                  quality.min_dihedral_deg, quality.inverted, quality.volume, 100.0 * quality.coverage));
+  context.note(fmt::format(
+      "{} in {}, {}, {}, {:.0f} ms; smallest dihedral {:.1f} "
+      "deg, {} inverted, "
+      "volume {:.6g}, coverage {:.1f} %",
+      counted(model.mesh().tets.size(), "tets"), counted(model.mesh().cells.size(), "cells"),
+      counted(model.mesh().positions.size(), "vertices"), counted(model.lattice->components, "components"),
+      total, quality.min_dihedral_deg, quality.inverted, quality.volume, 100.0 * quality.coverage));
 }
 
 void run_dry(const CliContext& context, const MeshCommand& command, const TriangleSoup& soup,

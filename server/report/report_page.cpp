@@ -38,11 +38,12 @@ std::string inside_script(std::string_view json) {
 
 std::string make_report_page(std::string_view report_json, const std::filesystem::path& web_folder) {
   const std::filesystem::path uplot = web_folder / "node_modules/uplot/dist", own = web_folder / "report";
-  const std::array<std::pair<std::string_view, std::string>, 6> parts{{
+  const std::array<std::pair<std::string_view, std::string>, 7> parts{{
       {"{{uplot_css}}", read_part(uplot / "uPlot.min.css")},
       {"{{report_css}}", read_part(own / "report.css")},
       {"{{uplot_module}}", module_url(uplot / "uPlot.esm.js")},
       {"{{curves_module}}", module_url(own / "curves.js")},
+      {"{{stability_map_module}}", module_url(own / "stability_map.js")},
       {"{{report_module}}", read_part(own / "report.js")},
       {"{{report}}", inside_script(report_json)},
   }};

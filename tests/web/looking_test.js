@@ -59,7 +59,7 @@ test('cells explode, wireframe shows edges, colours change', async () => {
 
 test('a range of the histogram isolates cells', async () => {
   const all = await look(page);
-  const plot = page.getByRole('img', {name: 'Histogram'});
+  const plot = page.getByRole('group', {name: 'Histogram'});
   const box = await plot.boundingBox();
   await page.mouse.move(box.x + box.width * 0.05, box.y + 30);
   await page.mouse.down();

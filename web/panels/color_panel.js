@@ -2,24 +2,26 @@ import {h, svg} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {color_maps, css_color} from '../view/color_maps.js';
 import {histogram} from '../view/coloring.js';
-import {number} from '../ui/format.js';
+import {counted, number} from '../ui/format.js';
+import {redraw, rove} from '../ui/roving.js';
 
 const bins = 24, width = 264, height = 64;
 
 /// Legend, histogram of what the tets are coloured by, and a range of it that isolates cells in the view.
 export function color_panel({store, looking}) {
   const title = h('h3');
-  const plot = svg('svg', {class: 'histogram', viewBox: `0 0 ${width} ${height + 24}`, role: 'img', 'aria-label': 'Histogram'});
+  const plot = svg('svg', {class: 'histogram', viewBox: `0 0 ${width} ${height + 24}`, role: 'group', 'aria-label': 'Histogram'});
   const from = range_input('Lowest value shown'), to = range_input('Highest value shown');
   const clear = button('Show all', () => store.set({'view.select': null}, 'show all cells'), {class: 'plain'});
   const brush = h('div', {class: 'brush'}, from, h('span', {}, '–'), to, clear);
+  const keys = select_by_keys(store);
   const show = () => {
     const {coloring} = looking;
     title.textContent = coloring.values ? `${coloring.title}${coloring.unit ? ` in ${coloring.unit}` : ''}` : 'Colour by something to see its distribution';
     plot.toggleAttribute('hidden', !coloring.values);
     brush.hidden = !coloring.values;
     if (!coloring.values) return;
-    draw(plot, coloring, store.get('view.select'));
+    redraw(plot, () => draw(plot, coloring, store.get('view.select'), keys));
     show_range(coloring.scale, store.get('view.select'));
   };
   const show_range = (scale, range) => {
@@ -46,22 +48,38 @@ const value_at = (scale, at) => {
 };
 const exponent = (scale, value) => scale.logarithmic ? Math.log10(Math.max(value, 1e-30)) : value;
 
-function draw(plot, {values, scale, unit}, range) {
+function draw(plot, {values, scale, unit}, range, keys) {
   const counts = histogram(values, scale, bins);
   const most = Math.max(1, ...counts);
   const step = width / bins;
   const bars = Array.from(counts, (n, k) => {
     const tall = n ? Math.max(2, height * Math.sqrt(n / most)) : 0;
     const inside = !range || ((k + 0.5) / bins >= range.from && (k + 0.5) / bins < range.to);
-    return svg('rect', {x: k * step + 0.5, y: height - tall, width: step - 1, height: tall, rx: 1,
-      fill: css_color(color_maps[scale.map], (k + 0.5) / bins), opacity: inside ? 1 : 0.25},
-    svg('title', {}, `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${n.toLocaleString('en')} tets`));
+    const words = `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${counted(n, 'tets')}`;
+    return svg('g', {class: 'bin', role: 'button', 'aria-label': words, 'aria-pressed': String(Boolean(range) && inside)}, svg('title', {}, words),
+      svg('rect', {x: k * step, y: 0, width: step, height, fill: 'transparent'}),
+      svg('rect', {x: k * step + 0.5, y: height - tall, width: step - 1, height: tall, rx: 1,
+        fill: css_color(color_maps[scale.map], (k + 0.5) / bins), opacity: inside ? 1 : 0.25}));
   });
+  rove(bars, keys);
   const ramp = Array.from({length: 48}, (_, k) => svg('rect', {x: k * width / 48, y: height + 2, width: width / 48 + 0.5, height: 6,
     fill: css_color(color_maps[scale.map], (k + 0.5) / 48)}));
   const ticks = [0, 0.5, 1].map((at, k) => svg('text', {x: at * width, y: height + 20, 'text-anchor': ['start', 'middle', 'end'][k]},
     `${number(value_at(scale, at))}${unit}`));
   plot.replaceChildren(...bars, ...ramp, ...ticks);
+}
+
+/// Enter selects a bin alone, Shift with the arrows all from there on.
+function select_by_keys(store) {
+  let anchor = 0;
+  const select = k => store.set({'view.select': between(anchor, k)}, 'select by value');
+  return {choose: k => select(anchor = k), extend: select};
+}
+
+/// The range of the scale that two bins enclose; the outermost ones hold what lies beyond it as well.
+function between(one, other) {
+  const low = Math.min(one, other), high = Math.max(one, other);
+  return {from: low === 0 ? -1 : low / bins, to: high === bins - 1 ? 2 : (high + 1) / bins};
 }
 
 /// Dragging over the bins selects a range; a click on one bin selects it alone.
@@ -72,8 +90,7 @@ function brush_by_pointer(plot, store) {
     return Math.min(bins - 1, Math.max(0, Math.floor(bins * (event.clientX - box.left) / box.width)));
   };
   const select = event => {
-    const [low, high] = [start, bin(event)].sort((a, b) => a - b);
-    store.preview({'view.select': {from: low === 0 ? -1 : low / bins, to: high === bins - 1 ? 2 : (high + 1) / bins}}, 'select by value');
+    store.preview({'view.select': between(start, bin(event))}, 'select by value');
   };
   plot.addEventListener('pointerdown', event => {
     plot.setPointerCapture(event.pointerId);

@@ -2,6 +2,7 @@ import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {open_dialog} from '../ui/dialog.js';
 import {download} from '../ui/dom.js';
+import {counted} from '../ui/format.js';
 import {animation_formats} from '../wire/animation.js';
 
 /// By consumer: what each gets, in which units and winding, with one click.
@@ -35,8 +36,8 @@ function animation_rows(app) {
   const frames = app.simulation.buffer.frames.length;
   if (frames < 2) return h('p', {class: 'quiet'}, 'Play a simulation first; its buffered frames become the clip.');
   return h('ul', {class: 'exports'}, animation_formats.map(({title, note, extension, make}) =>
-    row(title, `${note} ${frames} frames.`, extension, button('Save', () => app.run(async () => {
+    row(title, `${note} ${counted(frames, 'frames')}.`, extension, button('Save', () => app.run(async () => {
       download(make(app.simulation), `${app.stem()}${extension}`);
-      app.say(`${title} saved with ${frames} frames`);
+      app.say(`${title} saved with ${counted(frames, 'frames')}`);
     }), {name: 'down', label: `Save ${title}`}))));
 }

@@ -1,6 +1,6 @@
 import {h} from '../ui/dom.js';
 import {button, choice_field, toggle_field} from '../ui/fields.js';
-import {count, number, plural, words} from '../ui/format.js';
+import {count, counted, number, words} from '../ui/format.js';
 
 const units = [{value: 1, title: 'metres'}, {value: 0.01, title: 'centimetres'}, {value: 0.001, title: 'millimetres'}, {value: 0.0254, title: 'inches'}];
 
@@ -15,7 +15,7 @@ export function input_stage(app, stage_section) {
   const show = () => {
     const {mesh} = meshing;
     badge.className = `stage-state ${mesh ? 'fresh' : 'stale'}`;
-    badge.textContent = mesh ? plural(mesh.report.triangles, 'triangle') : '';
+    badge.textContent = mesh ? counted(mesh.report.triangles, 'triangles') : '';
     if (mesh) fill_report(app, mesh.report, facts, defects);
   };
   const show_unit = () => unit.hidden = store.get('mesh.fit');
@@ -42,7 +42,7 @@ function fill_report(app, report, facts, defects) {
 
 function defect_row(app, defect) {
   let next = 0;
-  const title = `${count(defect.count)} ${words(defect.name)}`;
+  const title = counted(defect.count, words(defect.name));
   if (!defect.locations?.length) return h('li', {}, title);
   const fly = () => app.fly_to_defect(defect, next++ % defect.locations.length);
   return h('li', {}, button(title, fly, {name: 'target', class: 'plain defect', label: `${title}: fly to the next`}));

@@ -16,10 +16,11 @@ const plots = [
 export function live_plots({simulation, events}) {
   const root = h('div', {class: 'plots'});
   const facts = h('dl', {class: 'facts'});
+  const hint = h('p', {class: 'quiet'}, 'Play the scene to see its volume error, energy, time and substeps.');
   let charts = null;
   let data = [];
   const clear = () => data = [];
-  simulation.addEventListener('bodies', clear);
+  simulation.addEventListener('bodies', () => (clear(), hint.hidden = true));
   let pending = false;
   simulation.addEventListener('frames', () => {
     const {seq, t, metrics} = simulation.buffer.last ?? {};
@@ -42,7 +43,7 @@ export function live_plots({simulation, events}) {
     if (data.length) draw();
   });
   new ResizeObserver(() => charts?.forEach(chart => chart.setSize({width: root.clientWidth, height: 96}))).observe(root);
-  return [facts, root];
+  return [hint, facts, root];
 }
 
 function show_facts(facts, m) {

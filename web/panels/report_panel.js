@@ -1,6 +1,7 @@
 import {h, unique_id} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {milliseconds, number} from '../ui/format.js';
+import {redraw} from '../ui/roving.js';
 import {error_plot, series_of} from '../report/error_plot.js';
 import {Measuring, fit_budget, settings_changes} from '../work/measuring.js';
 
@@ -24,7 +25,7 @@ export function report_panel(app) {
       measuring.selected = index;
       draw();
     };
-    plot.replaceChildren(error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), legend(report), orders(report, field.value));
+    redraw(plot, () => plot.replaceChildren(error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), legend(report), orders(report, field.value)));
   };
   measuring.addEventListener('report', () => {
     const {report} = measuring;

@@ -1,5 +1,5 @@
 import {h} from '../ui/dom.js';
-import {count, milliseconds, number} from '../ui/format.js';
+import {count, counted, milliseconds, number} from '../ui/format.js';
 
 /// One line that says what happened last, read out by screen readers.
 export function status_line({meshing, simulation, events}) {
@@ -7,7 +7,7 @@ export function status_line({meshing, simulation, events}) {
   const server = h('span', {class: 'server'});
   meshing.addEventListener('model', () => {
     const {model, preview, took_ms} = meshing;
-    line.textContent = `${preview ? 'Preview: ' : ''}${count(model.tets)} tets in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`;
+    line.textContent = `${preview ? 'Preview: ' : ''}${counted(model.tets, 'tets')} in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`;
   });
   simulation.addEventListener('state', () => {
     const words = {preparing: 'Compiling the scene…', playing: 'Playing', paused: 'Paused', finished: 'The simulation has finished', recording: 'Recording loaded'};

@@ -17,7 +17,7 @@ function clip_card({store, viewport}) {
   const axis = labelled_select(store, 'view.clip.axis', 'Clip axis', {x: 'X', y: 'Y', z: 'Z', free: 'Free'});
   const position = bar_slider(store, 'view.clip.position', 'Clip position');
   const flip = toggle_button(store, 'view.clip.flip', '', {label: 'Flip the clip side', name: 'flip'});
-  const mode = labelled_select(store, 'view.clip.mode', 'Clip cells', {whole: 'whole', cut: 'cut'});
+  const mode = labelled_select(store, 'view.clip.mode', 'Clip cells', {whole: 'Whole cells', cut: 'Cut cells'});
   const face = button('Face me', () => face_the_eye(store, viewport), {label: 'Face me: turn the clip plane to the eye'});
   axis.addEventListener('change', () => store.get('view.clip.axis') === 'free' && face_the_eye(store, viewport));
   const parts = [axis, position, flip, mode];
@@ -42,8 +42,8 @@ function look_card(store) {
   const explode = h('label', {class: 'inline'}, h('span', {}, 'Explode'), bar_slider(store, 'view.explode', 'Explode'));
   const color = labelled_select(store, 'view.color_by', 'Colour tets by', titles(tet_scales));
   const voxels = labelled_select(store, 'view.voxel_color', 'Colour voxels by', titles(voxel_scales));
-  const surface = labelled_select(store, 'view.surface_look', 'Show the surface as', {solid: 'solid', glass: 'glass'});
-  const sim = labelled_select(store, 'view.sim_look', 'Show the simulation as', {skin: 'skin', cells: 'cells'});
+  const surface = labelled_select(store, 'view.surface_look', 'Show the surface as', {solid: 'Solid surface', glass: 'Glass surface'});
+  const sim = labelled_select(store, 'view.sim_look', 'Show the simulation as', {skin: 'Skin', cells: 'Cells'});
   const show = () => {
     const layers = store.get('view.layers');
     explode.hidden = color.hidden = !layers.tets;

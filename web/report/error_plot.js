@@ -1,5 +1,7 @@
-// Error over run time on log-log axes, as SVG without any dependency: points by series, spreads of the repeats, the
+// Error over run time on log-log axes, as SVG: points by series, spreads of the repeats, the
 // Pareto front, failures along the top. The points can be walked by arrow keys and chosen.
+import {rove} from '../ui/roving.js';
+
 const namespace = 'http://www.w3.org/2000/svg';
 const floor = 1e-17;  // round-off: a log axis has no zero
 const usable = point => point.outcome === 'converged' || point.outcome === 'infeasible';
@@ -28,7 +30,8 @@ export function error_plot(report, field, {width = 264, height = 240, on_pick = 
   const dots = order.map(({point, index}) => dot(point, index, field, names.indexOf(point.series), x, usable(point) ? y(error_of(point, field)) : box.top));
   dots.forEach(node => node.classList.toggle('selected', Number(node.dataset.index) === selected));
   plot.append(...dots);
-  walk(dots, on_pick);
+  dots.forEach(node => node.addEventListener('click', () => on_pick(Number(node.dataset.index))));
+  rove(dots, {choose: k => on_pick(order[k].index)});
   return plot;
 }
 
@@ -72,7 +75,7 @@ function curve({points}, field, name, series, x, y) {
 function dot(point, index, field, series, x, at) {
   const {median, min, max} = point.ms_per_step;
   const words = `${point.series}: ${median.toPrecision(3)} ms, error ${usable(point) ? error_of(point, field).toExponential(1) : '–'}, ${point.outcome.replace('_', ' ')}`;
-  return element('g', {class: `dot series-${series % 6} ${point.outcome}`, role: 'button', tabindex: '-1', 'aria-label': words, 'data-index': index},
+  return element('g', {class: `dot series-${series % 6} ${point.outcome}`, role: 'button', 'aria-label': words, 'data-index': index},
     element('title', {}, words),
     element('line', {x1: x(Math.max(min, median / 10)), x2: x(max), y1: at, y2: at, class: 'spread'}),
     mark(usable(point) ? marks[series % marks.length] : 'cross', x(median), at));
@@ -84,23 +87,4 @@ function mark(kind, x, y) {
     diamond: `M${x} ${y - 5}l5 5-5 5-5-5z`, triangle: `M${x} ${y - 5}l4.6 8.4h-9.2z`, cross: `M${x - 4} ${y - 4}l8 8m0-8l-8 8`,
   };
   return element('path', {d: paths[kind], class: 'mark'});
-}
-
-/// One stop of the tab key; the arrow keys go along the points.
-function walk(dots, on_pick) {
-  dots[0]?.setAttribute('tabindex', '0');
-  dots.forEach((node, k) => {
-    node.addEventListener('click', () => on_pick(Number(node.dataset.index)));
-    node.addEventListener('keydown', event => {
-      if (event.key === 'Enter' || event.key === ' ') {
-        event.preventDefault();
-        on_pick(Number(node.dataset.index));
-      }
-      const next = dots[k + ({ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1}[event.key] ?? NaN)];
-      if (!next) return;
-      event.preventDefault();
-      event.stopPropagation();
-      next.focus();
-    });
-  });
 }

@@ -8,7 +8,9 @@ export function number_field(store, options) {
   const id = unique_id('field');
   const to_slider = value => logarithmic ? Math.log10(Math.max(value, min)) : value;
   const from_slider = at => logarithmic ? Number((10 ** at).toPrecision(3)) : Number(at);
-  const bounds = {min: to_slider(min), max: to_slider(max), step: logarithmic ? 0.05 : step};
+  // The slider's stops are counted from its lowest, which may not be a multiple of the step: 4 would not be one.
+  const first = Number.isFinite(step) ? Number((Math.ceil(min / step - 1e-9) * step).toPrecision(12)) : min;
+  const bounds = logarithmic ? {min: to_slider(min), max: to_slider(max), step: 0.05} : {min: first, max, step};
   const slider = h('input', {type: 'range', id, ...text(bounds), 'aria-describedby': `${id}-tip`});
   const exact = h('input', {type: 'number', 'aria-label': `${title}, exact value`, min: String(min), max: String(max),
     step: logarithmic ? 'any' : String(step)});

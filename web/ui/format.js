@@ -31,4 +31,6 @@ export function bytes(value) {
 }
 
 export const words = name => String(name).replaceAll('_', ' ');
-export const plural = (n, one, many = `${one}s`) => `${count(n)} ${n === 1 ? one : many}`;
+
+/// "1 edge", "2 edges", "1 vertex": a count with its noun, given in the plural.
+export const counted = (n, nouns) => `${count(n)} ${n === 1 ? nouns.replace(/ices$/, 'exs').replace(/s$/, '') : nouns}`;

@@ -29,12 +29,15 @@ const grid_fragment = `
     color = vec4(ink, 1.0) * (strength + 0.05 * fade);
   }`;
 
+/// Of all grids; the style sheet says it (--grid).
+export const grid_ink = {value: new THREE.Color('#8593a8')};
+
 /// The ground: lines every 0.1 m and stronger ones every metre, fading out.
 export function grid_mesh(reach = 4) {
   const material = new THREE.ShaderMaterial({
     glslVersion: THREE.GLSL3, vertexShader: grid_vertex, fragmentShader: grid_fragment, transparent: true,
     depthWrite: false, premultipliedAlpha: true, side: THREE.DoubleSide,
-    uniforms: {ink: {value: new THREE.Color('#8593a8')}, reach: {value: reach}},
+    uniforms: {ink: grid_ink, reach: {value: reach}},
   });
   const mesh = new THREE.Mesh(new THREE.PlaneGeometry(2 * reach, 2 * reach), material);
   mesh.renderOrder = -1;

@@ -4,11 +4,11 @@ export const tet_scales = {
   scaled_jacobian: {title: 'Scaled Jacobian', unit: '', map: 'sequential', min: 0, max: 1},
   density: {title: 'Density', unit: '', map: 'sequential', min: 0, max: 1},
   volume_error: {title: 'Volume error', unit: '', map: 'error', min: -9, max: -1, logarithmic: true},
-  none: {title: 'Nothing', unit: '', map: 'sequential', min: 0, max: 1, plain: true},
+  none: {title: 'No colour', unit: '', map: 'sequential', min: 0, max: 1, plain: true},
 };
 
 export const voxel_scales = {
-  none: {title: 'Nothing', plain: true},
+  none: {title: 'No colour', plain: true},
   probability: {title: 'P', map: 'sequential', min: 0, max: 1},
   votes: {title: 'Votes', map: 'sequential', min: 0, max: 26},
   density: {title: 'Density of the cell', map: 'sequential', min: 0, max: 1},

@@ -64,11 +64,12 @@ export const dragging = app => {
       if (drag) return release();
       await app.ready_to_step();
       const box = canvas.getBoundingClientRect();
-      const hit = app.pick_sim(viewport.ray({clientX: box.left + box.width / 2, clientY: box.top + box.height / 2}), {sim: true}) ?? top_vertex(app);
-      if (!hit || hit.vertex === undefined) return app.say('There is no body to grab');
+      const aimed = app.pick_sim(viewport.ray({clientX: box.left + box.width / 2, clientY: box.top + box.height / 2}), {sim: true});
+      const hit = aimed && !aimed.body.shape?.plane ? aimed : top_vertex(app);
+      if (!hit) return app.say('There is no body to grab');
       begin(hit);
       drag.by_keys = true;
-      app.say('Grabbed: arrows and Page Up or Down pull, Escape lets go');
+      app.say(`Grabbed ${hit.body.name}: arrows and Page Up or Down pull, Escape lets go`);
     }),
     /// Whether the key moved what is grabbed.
     grab_key({key}) {

@@ -1,6 +1,6 @@
 import * as THREE from '../three.js';
 import {clip_plane} from '../view/clip_plane.js';
-import {grid_mesh} from '../view/collider_mesh.js';
+import {grid_ink, grid_mesh} from '../view/collider_mesh.js';
 import {Highlight} from '../view/highlight.js';
 import {scene_bounds} from '../view/scene_bounds.js';
 import {SimLayer} from '../view/sim_layer.js';
@@ -9,6 +9,7 @@ import {TetLayer} from '../view/tet_layer.js';
 import {VoxelLayer} from '../view/voxel_layer.js';
 import {make_selection, tet_coloring, voxel_coloring} from '../view/coloring.js';
 import {once_a_frame} from '../ui/dom.js';
+import {theme_color} from '../ui/theme.js';
 
 /// Brings the state's view, the model and the simulation onto the screen: which layers, where, in which colours.
 /// Events: coloring (the scale or its values changed).
@@ -84,6 +85,7 @@ export class Looking extends EventTarget {
   update() {
     const view = this.store.get('view');
     const {layers} = view;
+    grid_ink.value.set(theme_color('--grid'));
     const plane = this.plane = clip_plane(view.clip, this.model_bounds ?? this.viewport.bounds);
     const solid = layers.tets || layers.voxels;
     if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.meshing.load_voxels();

@@ -4,6 +4,14 @@ const free_name = (bodies, kind) => {
 
 const size = 0.2, gap = 0.05;  // metres
 
+/// The box of what is seen, as wide as it becomes when a start bends or twists the body.
+function start_bounds({viewport: {bounds}, store}) {
+  if (!store.get('scene').bodies.some(({start}) => start)) return bounds;
+  const {min, max} = bounds.clone();
+  const middle = (min.x + max.x) / 2, reach = Math.hypot(max.x - min.x, max.z - min.z) / 2;
+  return {min: {...min, x: middle - reach}, max: {...max, x: middle + reach}};
+}
+
 /// Beside or below what is there already, so that nothing starts inside a body.
 const new_shapes = {
   sphere: ({min, max}) => ({shape: {sphere: {radius: size}}, position: beside(max.x + gap + size, min.y)}),
@@ -20,7 +28,7 @@ export const scene_editing = app => {
   const bodies = () => store.get('scene').bodies;
   return {
     add_collider(kind) {
-      const body = {name: free_name(bodies(), kind), type: 'rigid', ...new_shapes[kind](app.viewport.bounds), static: true};
+      const body = {name: free_name(bodies(), kind), type: 'rigid', ...new_shapes[kind](start_bounds(app)), static: true};
       store.set({'scene.bodies': [...bodies(), body]}, `add ${body.name}`);
       app.select_collider(bodies().length - 1);
       app.say(`${body.name} added`);

@@ -24,7 +24,7 @@ export const shortcuts = app => {
     {keys: ['o'], title: 'Orthographic or perspective', run: flip('view.orthographic')},
     {keys: ['6', '7', '8'], title: 'Look from the front, the right or the top', run: key => app.look_along({6: 'front', 7: 'right', 8: 'top'}[key])},
     {keys: ['p'], title: 'Pick what stands in the middle of the view', run: app.pick_middle},
-    {keys: ['g'], title: 'Grab the body in the middle of the view; arrows and Page Up/Down pull, Escape lets go', run: app.grab_middle},
+    {keys: ['g'], title: 'Grab the body or collider in the middle of the view; arrows and Page Up/Down pull, Escape lets go', run: app.grab_middle},
     {keys: ['e'], title: 'Export', run: app.show_export},
     {keys: ['t'], title: 'Light or dark', run: app.toggle_theme},
     {keys: ['?'], title: 'This list', run: app.show_help},
