@@ -121,7 +121,7 @@ void fill_distances(const TriangleSoup& soup, const BlockKernel& kernel, Distanc
 DistanceField make_distance_field(const TriangleSoup& soup, const DistanceFieldOptions& options,
                                   Progress& progress) {
   DistanceField field;
-  field.grid = distance_grid(soup, options);
+  field.grid = distance_grid(bounding_box(soup), options);
   check_budget(soup, field.grid, options);
   progress.throw_if_cancelled();
   field.distance.reserve(field.grid.count());

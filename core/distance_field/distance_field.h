@@ -24,7 +24,7 @@ struct DistanceField {
 };
 
 /// The grid alone: cubic voxels, centred on the soup's box. Throws invalid_argument.
-Grid distance_grid(const TriangleSoup& soup, const DistanceFieldOptions& options);
+Grid distance_grid(const Box& box, const DistanceFieldOptions& options);
 
 /// Throws over_budget before anything large is allocated, cancelled.
 DistanceField make_distance_field(const TriangleSoup& soup, const DistanceFieldOptions& options,

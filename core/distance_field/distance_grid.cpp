@@ -26,6 +26,8 @@ void check_options(const DistanceFieldOptions& options) {
 
 void check_box(const Box& box) {
   const double longest = box.size().maxCoeff();
+  if (longest < 0.0)
+    throw Error(ErrorCode::empty_result, "the mesh has no triangle", "choose a mesh with triangles");
   const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
   if (!(longest > 0.0))
     throw Error(ErrorCode::empty_result, "all triangles lie in one point",
@@ -44,11 +46,8 @@ void check_box(const Box& box) {
 
 }  // namespace
 
-Grid distance_grid(const TriangleSoup& soup, const DistanceFieldOptions& options) {
+Grid distance_grid(const Box& box, const DistanceFieldOptions& options) {
   check_options(options);
-  if (soup.triangles.empty())
-    throw Error(ErrorCode::empty_result, "the mesh has no triangle", "choose a mesh with triangles");
-  const Box box = bounding_box(soup);
   check_box(box);
   return grid_of_box(box, options);
 }

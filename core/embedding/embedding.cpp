@@ -31,10 +31,9 @@ Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress
   embedding.tet.resize(count), embedding.weights.resize(count), embedding.distance.resize(count);
   parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
-    std::int32_t hint = -1;  // neighbours in the file are mostly neighbours in space
+    TetLocator::Hint hint;  // neighbours in the file are mostly neighbours in space
     for (auto v = begin; v < end; ++v) {
       const TetLocator::Location found = locator.locate(soup.positions[v], hint);
-      if (found.triangle >= 0) hint = found.triangle;
       embedding.tet[v] = found.tet;
       embedding.weights[v] = exact_sum(found.weights);
       embedding.distance[v] = static_cast<float>(found.distance);

@@ -76,41 +76,66 @@ std::array<double, 4> TetLocator::barycentric(std::int32_t tet, const Vec3& p) c
   return {1.0 - w1 - w2 - w3, w1, w2, w3};
 }
 
-bool TetLocator::find_inside(const Vec3& p, Location& found) const {
+/// Takes the tet of a cell that holds p with the largest least weight above `least`; returns that weight.
+double TetLocator::find_in_cell(std::int32_t cell, const Vec3& p, double least, Location& found) const {
+  const auto weigh = [&](std::int32_t tet) {
+    const std::array<double, 4> w = barycentric(tet, p);
+    if (const double smallest = std::ranges::min(w); smallest > least)
+      least = smallest, found.tet = tet, found.weights = w;
+    return w;
+  };
+  // Beyond the central tet's face opposite its vertex v lies one apex only; odd cells mirror the order.
+  static constexpr std::array<std::array<int, 4>, 2> apex{{{1, 2, 3, 4}, {1, 3, 2, 4}}};
+  const std::array<double, 4> central = weigh(5 * cell);
+  for (int v = 0; v < 4 && least < 0.0; ++v)
+    if (central[v] < -inside_tolerance) weigh(5 * cell + apex[mesh_.cells[cell].parity()][v]);
+  return least;
+}
+
+bool TetLocator::find_inside(const Vec3& p, Hint& hint, Location& found) const {
   const Vec3 at = (p - bins_.origin) / bins_.spacing;
   if (!((at.array() >= 0.0).all() && (at.array() < bins_.size.cast<double>().array()).all())) return false;
   const std::int64_t bin =
       bins_.index(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z()));
-  double best = inside_tolerance;
-  for (std::int32_t n = first_[bin]; n < first_[bin + 1] && best < 0.0; ++n) {
-    const auto& [min, max] = boxes_[cells_[n]];
-    const double slack = 1e-9 * bins_.spacing;
-    if ((p.array() < min.array() - slack).any() || (p.array() > max.array() + slack).any()) continue;
-    for (std::int32_t tet = 5 * cells_[n]; tet < 5 * cells_[n] + 5; ++tet) {
-      const std::array<double, 4> w = barycentric(tet, p);
-      const double least = std::ranges::min(w);
-      if (least > best) best = least, found.tet = tet, found.weights = w;
-    }
-  }
+  const double slack = 1e-9 * bins_.spacing;
+  double least = inside_tolerance;
+  const auto search = [&](std::int32_t cell) {
+    const auto& [min, max] = boxes_[cell];
+    if ((p.array() < min.array() - slack).any() || (p.array() > max.array() + slack).any()) return;
+    least = find_in_cell(cell, p, least, found);
+  };
+  const std::int32_t likely = hint.cell;
+  if (likely >= 0) search(likely);
+  for (std::int32_t n = first_[bin]; n < first_[bin + 1] && least < 0.0; ++n)
+    if (cells_[n] != likely) search(cells_[n]);
+  if (found.tet >= 0) hint.cell = found.tet / 5;
   return found.tet >= 0;
 }
 
-TetLocator::Location TetLocator::locate(const Vec3& p, std::int32_t hint) const {
-  Location found;
-  if (find_inside(p, found)) return found;
+TriangleTree::Nearest TetLocator::nearest_triangle(const Vec3& p, Hint& hint) const {
   // A bound a little above the hint's distance lets the search return the hint itself.
-  const double bound = hint >= 0 ? boundary_.squared_distance(p, hint) * (1.0 + 1e-12) + 1e-300 : 1e300;
-  const TriangleTree::Nearest nearest = boundary_.nearest(p, bound);
-  found.triangle = nearest.triangle >= 0 ? nearest.triangle : hint;
+  const double bound =
+      hint.triangle >= 0 ? boundary_.squared_distance(p, hint.triangle) * (1.0 + 1e-12) + 1e-300 : 1e300;
+  TriangleTree::Nearest nearest = boundary_.nearest(p, bound);
+  if (nearest.triangle < 0) nearest.triangle = hint.triangle;
+  hint.triangle = nearest.triangle;
+  return nearest;
+}
+
+TetLocator::Location TetLocator::locate(const Vec3& p, Hint& hint) const {
+  Location found;
+  if (find_inside(p, hint, found)) return found;
+  const TriangleTree::Nearest nearest = nearest_triangle(p, hint);
+  found.triangle = nearest.triangle;
   found.tet = tet_of_triangle_[found.triangle];
   found.weights = barycentric(found.tet, p);
   found.distance = std::sqrt(nearest.squared_distance);
   return found;
 }
 
-double TetLocator::distance(const Vec3& p) const {
+double TetLocator::distance(const Vec3& p, Hint& hint) const {
   Location found;
-  return find_inside(p, found) ? 0.0 : std::sqrt(boundary_.nearest(p, 1e300).squared_distance);
+  return find_inside(p, hint, found) ? 0.0 : std::sqrt(nearest_triangle(p, hint).squared_distance);
 }
 
 }  // namespace isochor

@@ -19,14 +19,19 @@ class TetLocator {
     double distance = 0.0;            ///< to the tet; 0 inside
     std::int32_t triangle = -1;       ///< outside: the nearest boundary triangle
   };
-  /// hint: a boundary triangle that is likely near, or -1.
-  Location locate(const Vec3& p, std::int32_t hint = -1) const;
+  /// Where the last points were found: the next one is likely near.
+  struct Hint {
+    std::int32_t cell = -1, triangle = -1;
+  };
+  Location locate(const Vec3& p, Hint& hint) const;
 
   /// Distance to the model, 0 inside.
-  double distance(const Vec3& p) const;
+  double distance(const Vec3& p, Hint& hint) const;
 
  private:
-  bool find_inside(const Vec3& p, Location& found) const;
+  bool find_inside(const Vec3& p, Hint& hint, Location& found) const;
+  double find_in_cell(std::int32_t cell, const Vec3& p, double least, Location& found) const;
+  TriangleTree::Nearest nearest_triangle(const Vec3& p, Hint& hint) const;
   std::array<double, 4> barycentric(std::int32_t tet, const Vec3& p) const;
   void fill_bins();
 

@@ -1,15 +1,59 @@
 #include "core/embedding/triangle_tree.h"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
 
 #include "core/common/wide.h"
+#include "core/mesh_input/triangle_soup.h"
+#include "core/parallel/parallel.h"
 
 namespace isochor {
 namespace {
 
-double squared_distance_to_box(const Vec3& p, const Vec3& min, const Vec3& max) {
-  return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
+/// Bits of a 21-bit number with two zeros between them.
+std::uint64_t spread(std::uint64_t bits) {
+  bits = (bits | bits << 32) & 0x1F00000000FFFFU;
+  bits = (bits | bits << 16) & 0x1F0000FF0000FFU;
+  bits = (bits | bits << 8) & 0x100F00F00F00F00FU;
+  bits = (bits | bits << 4) & 0x10C30C30C30C30C3U;
+  return (bits | bits << 2) & 0x1249249249249249U;
+}
+
+/// Indices of the triangles along a Morton curve through their centres.
+std::vector<std::int32_t> morton_order(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  const auto count = static_cast<std::int64_t>(triangles.size());
+  const auto center = [&](std::int64_t t) -> Vec3 {
+    return (positions[triangles[t][0]] + positions[triangles[t][1]] + positions[triangles[t][2]]) / 3.0;
+  };
+  Box box;
+  for (std::int64_t t = 0; t < count; ++t) box.extend(center(t));
+  const double longest = box.size().maxCoeff(), scale = longest > 0.0 ? ((1 << 21) - 1) / longest : 0.0;
+  std::vector<std::pair<std::uint64_t, std::int32_t>> keys(count);
+  parallel_for(count, 4096, [&](std::int64_t begin, std::int64_t end) {
+    for (auto t = begin; t < end; ++t) {
+      const Vec3 at = scale * (center(t) - box.min);
+      keys[t].first = spread(static_cast<std::uint64_t>(at.x())) |
+                      spread(static_cast<std::uint64_t>(at.y())) << 1 |
+                      spread(static_cast<std::uint64_t>(at.z())) << 2;
+      keys[t].second = static_cast<std::int32_t>(t);
+    }
+  });
+  std::ranges::sort(keys);
+  std::vector<std::int32_t> order;
+  order.reserve(count);
+  for (const auto& [key, triangle] : keys) order.push_back(triangle);
+  return order;
+}
+
+ISOCHOR_MULTIVERSION void eight_box_distances(const double (*min)[8], const double (*max)[8], const Vec3& p,
+                                              double* out) {
+  const double px = p.x(), py = p.y(), pz = p.z();
+  for (int l = 0; l < 8; ++l) {
+    const double x = std::max(std::max(min[0][l] - px, px - max[0][l]), 0.0);
+    const double y = std::max(std::max(min[1][l] - py, py - max[1][l]), 0.0);
+    const double z = std::max(std::max(min[2][l] - pz, pz - max[2][l]), 0.0);
+    out[l] = x * x + y * y + z * z;
+  }
 }
 
 struct Edge {
@@ -53,87 +97,102 @@ ISOCHOR_MULTIVERSION void eight_distances(const double (*x)[8], const Vec3& p, d
 
 TriangleTree::TriangleTree(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
-  std::vector<std::int32_t> order(triangles.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::vector<std::array<Vec3, 3>> corners;
-  corners.reserve(triangles.size());
-  for (const Triangle& t : triangles) corners.push_back({positions[t[0]], positions[t[1]], positions[t[2]]});
-  place_.resize(triangles.size());
-  nodes_.reserve(triangles.size() / 2 + 1);
-  nodes_.emplace_back();
-  build(0, order, corners);
+  add_leaves(positions, triangles);
+  add_parents();
 }
 
-void TriangleTree::build(std::int32_t node, std::span<std::int32_t> order,
-                         std::span<const std::array<Vec3, 3>> corners) {
-  Vec3 min = Vec3::Constant(1e300), max = Vec3::Constant(-1e300);
-  for (const std::int32_t t : order)
-    for (const Vec3& corner : corners[t]) min = min.cwiseMin(corner), max = max.cwiseMax(corner);
-  nodes_[node] = {min, max, 0, 0};
-  if (order.size() <= lanes) return add_leaf(node, order, corners);
-  int axis = 0;
-  (max - min).maxCoeff(&axis);
-  const auto center = [&](std::int32_t t) {
-    return corners[t][0][axis] + corners[t][1][axis] + corners[t][2][axis];
+void TriangleTree::add_leaves(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  const std::vector<std::int32_t> order = morton_order(positions, triangles);
+  const auto count = static_cast<std::int32_t>(order.size());
+  leaves_.resize((count + lanes - 1) / lanes);
+  place_.resize(count);
+  parallel_for(static_cast<std::int64_t>(leaves_.size()), 512, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = begin; n < end; ++n)
+      for (int l = 0; l < lanes; ++l) {
+        const auto at = static_cast<std::int32_t>(n * lanes + l);
+        const std::int32_t t = order[at < count ? at : n * lanes];
+        leaves_[n].triangle[l] = t;
+        for (int i = 0; i < 9; ++i) leaves_[n].x[i][l] = positions[triangles[t][i / 3]][i % 3];
+        if (at < count) place_[t] = at;
+      }
+  });
+}
+
+void TriangleTree::add_parents() {
+  constexpr double far = 1e300;
+  const auto add_level = [&](std::int32_t first, std::int32_t count, auto&& bound) {
+    for (std::int32_t child = 0; child < count; ++child) {
+      if (child % lanes == 0) {
+        Node& node = nodes_.emplace_back();
+        for (int axis = 0; axis < 3; ++axis)
+          std::fill_n(node.min[axis], lanes, far), std::fill_n(node.max[axis], lanes, far);
+        node.first = first + child;
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto [min, max] = bound(first + child, axis);
+        nodes_.back().min[axis][child % lanes] = min, nodes_.back().max[axis][child % lanes] = max;
+      }
+    }
   };
-  // A multiple of the lanes on the left, so that leaves are full.
-  const std::size_t half = (order.size() / 2 + lanes - 1) / lanes * lanes;
-  std::ranges::nth_element(order, order.begin() + static_cast<std::ptrdiff_t>(half), {}, center);
-  const auto child = static_cast<std::int32_t>(nodes_.size());
-  nodes_[node].first = child;
-  nodes_.emplace_back();
-  nodes_.emplace_back();
-  build(child, order.first(half), corners);
-  build(child + 1, order.subspan(half), corners);
-}
-
-void TriangleTree::add_leaf(std::int32_t node, std::span<const std::int32_t> order,
-                            std::span<const std::array<Vec3, 3>> corners) {
-  const auto index = static_cast<std::int32_t>(leaves_.size());
-  nodes_[node].first = index, nodes_[node].count = static_cast<std::int32_t>(order.size());
-  Leaf& leaf = leaves_.emplace_back();
-  for (int l = 0; l < lanes; ++l) {
-    const std::int32_t t = order[l < static_cast<int>(order.size()) ? l : 0];
-    leaf.triangle[l] = t;
-    for (int i = 0; i < 9; ++i) leaf.x[i][l] = corners[t][i / 3][i % 3];
-    if (l < static_cast<int>(order.size())) place_[t] = index * lanes + l;
+  add_level(0, static_cast<std::int32_t>(leaves_.size()), [&](std::int32_t leaf, int axis) {
+    double min = far, max = -far;
+    for (int corner = axis; corner < 9; corner += 3)
+      for (const double x : leaves_[leaf].x[corner]) min = std::min(min, x), max = std::max(max, x);
+    return std::pair(min, max);
+  });
+  leaf_parents_ = static_cast<std::int32_t>(nodes_.size());
+  std::int32_t first = 0;
+  for (std::int32_t count = leaf_parents_; count > 1;
+       count = static_cast<std::int32_t>(nodes_.size()) - first) {
+    const std::int32_t children = first;
+    first = static_cast<std::int32_t>(nodes_.size());
+    add_level(children, count, [&](std::int32_t child, int axis) {
+      const Node& node = nodes_[child];
+      double min = far, max = -far;
+      for (int l = 0; l < lanes && node.min[axis][l] < far; ++l)
+        min = std::min(min, node.min[axis][l]), max = std::max(max, node.max[axis][l]);
+      return std::pair(min, max);
+    });
   }
 }
 
-void TriangleTree::squared_distances(const Leaf& leaf, const Vec3& p, double* out) {
-  eight_distances(leaf.x, p, out);
-}
-
 double TriangleTree::squared_distance(const Vec3& p, std::int32_t triangle) const {
-  const Leaf& leaf = leaves_[place_[triangle] / lanes];
   double distances[lanes];
-  squared_distances(leaf, p, distances);
+  eight_distances(leaves_[place_[triangle] / lanes].x, p, distances);
   return distances[place_[triangle] % lanes];
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Vec3& p, double squared_bound) const {
   Nearest best{-1, squared_bound};
   if (nodes_.empty()) return best;
-  std::array<std::pair<double, std::int32_t>, 64> stack;  // the depth is at most log2 of the count
+  // At most seven siblings wait on each of at most eleven levels; the nearest child is on top.
+  struct Entry {
+    double bound;
+    std::int32_t index;
+    bool is_leaf;
+  };
+  std::array<Entry, 96> stack;
   int top = 0;
-  stack[top++] = {squared_distance_to_box(p, nodes_[0].min, nodes_[0].max), 0};
+  stack[top++] = {0.0, static_cast<std::int32_t>(nodes_.size()) - 1, false};
   double distances[lanes];
   while (top > 0) {
-    const auto [bound, index] = stack[--top];
+    const auto [bound, index, is_leaf] = stack[--top];
     if (bound >= best.squared_distance) continue;
-    const Node& node = nodes_[index];
-    if (node.count > 0) {
-      squared_distances(leaves_[node.first], p, distances);
+    if (is_leaf) {
+      eight_distances(leaves_[index].x, p, distances);
       for (int l = 0; l < lanes; ++l)
-        if (distances[l] < best.squared_distance) best = {leaves_[node.first].triangle[l], distances[l]};
+        if (distances[l] < best.squared_distance) best = {leaves_[index].triangle[l], distances[l]};
       continue;
     }
-    const Node &left = nodes_[node.first], &right = nodes_[node.first + 1];
-    const double dl = squared_distance_to_box(p, left.min, left.max);
-    const double dr = squared_distance_to_box(p, right.min, right.max);
-    const std::int32_t near = dl <= dr ? node.first : node.first + 1;
-    stack[top++] = {std::max(dl, dr), 2 * node.first + 1 - near};
-    stack[top++] = {std::min(dl, dr), near};
+    const Node& node = nodes_[index];
+    eight_box_distances(node.min, node.max, p, distances);
+    const int waiting = top;
+    for (int l = 0; l < lanes; ++l) {
+      if (distances[l] >= best.squared_distance) continue;
+      int at = top++;
+      for (; at > waiting && stack[at - 1].bound < distances[l]; --at) stack[at] = stack[at - 1];
+      stack[at] = {distances[l], node.first + l, index < leaf_parents_};
+    }
   }
   return best;
 }

@@ -7,7 +7,8 @@
 
 namespace isochor {
 
-/// Closest triangle of a set, by a tree of boxes split at the median. Keeps copies of the corners.
+/// Closest triangle of a set, by a tree of boxes in Morton order, eight children a node. Keeps copies of the
+/// corners.
 class TriangleTree {
  public:
   TriangleTree(std::span<const Vec3> positions, std::span<const Triangle> triangles);
@@ -24,22 +25,22 @@ class TriangleTree {
 
  private:
   static constexpr int lanes = 8;
+  /// Boxes of up to eight children, a coordinate a row; spare lanes are infinitely far from everything.
   struct Node {
-    Vec3 min, max;
-    std::int32_t first, count;  ///< leaf: index into leaves_; inner: count 0, children first and first + 1
+    double min[3][lanes], max[3][lanes];
+    std::int32_t first;  ///< of the children: nodes, or leaves below leaf_parents_
   };
   /// Corners of up to eight triangles, a coordinate a row; spare lanes repeat the first.
   struct Leaf {
     double x[9][lanes];
     std::int32_t triangle[lanes];
   };
-  void build(std::int32_t node, std::span<std::int32_t> order, std::span<const std::array<Vec3, 3>> corners);
-  void add_leaf(std::int32_t node, std::span<const std::int32_t> order,
-                std::span<const std::array<Vec3, 3>> corners);
-  static void squared_distances(const Leaf& leaf, const Vec3& p, double* out);
+  void add_leaves(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+  void add_parents();
 
-  std::vector<Node> nodes_;
+  std::vector<Node> nodes_;  ///< from the leaves' parents up to the root
   std::vector<Leaf> leaves_;
+  std::int32_t leaf_parents_ = 0;
   std::vector<std::int32_t> place_;  ///< of each triangle: leaf · lanes + lane
 };
 

@@ -26,10 +26,11 @@ int largest_fitting(int from, int step, int least, Fits&& fits) {
 
 Estimate estimate(const TriangleSoup& soup, const MeshingOptions& options) {
   Estimate e;
-  const Grid voxels = distance_grid(soup, {options.voxels, required_padding(options.pseudo_volume)});
+  const Box box = bounding_box(soup);
+  const Grid voxels = distance_grid(box, {options.voxels, required_padding(options.pseudo_volume)});
   const double d_in = options.pseudo_volume.p_in_voxels * voxels.spacing;
   e.voxels = voxels.count();
-  e.max_cells = lattice_grid(bounding_box(soup), options.lattice.cells, d_in).count();
+  e.max_cells = lattice_grid(box, options.lattice.cells, d_in).count();
   e.max_tets = 5 * e.max_cells;
   const auto triangles = static_cast<std::int64_t>(soup.triangles.size());
   e.bytes = e.voxels * bytes_a_voxel + e.max_cells * bytes_a_cell + triangles * bytes_a_triangle;

@@ -13,7 +13,8 @@ double ms_since(Clock::time_point begin) {
 
 }  // namespace
 
-PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup) : soup_(std::move(soup)) {}
+PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup)
+    : soup_(std::move(soup)), box_(bounding_box(*soup_)) {}
 
 template <class Noun, class Options, class Make>
 std::shared_ptr<const Noun> PipelineStages::update(std::string_view name, std::int64_t source,
@@ -51,15 +52,11 @@ void PipelineStages::update_field(const MeshingOptions& options, Progress& progr
   }
 }
 
-const TriangleTree& PipelineStages::soup_tree() {
-  if (!soup_tree_) soup_tree_.emplace(soup_->positions, soup_->triangles);
-  return *soup_tree_;
-}
-
 void PipelineStages::measure(Model& model, Progress& progress) {
   if (quality_source_ != embedding_.serial) {
     const auto begin = Clock::now();
-    quality_ = summarize_quality(model.mesh(), *soup_, soup_tree(), *model.embedding, progress);
+    if (!measured_soup_) measured_soup_.emplace(*soup_);
+    quality_ = summarize_quality(model.mesh(), *measured_soup_, *model.embedding, *model.field, progress);
     quality_ms_ = ms_since(begin);
     quality_source_ = embedding_.serial;
   }
@@ -79,7 +76,7 @@ std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progre
     return make_pseudo_volume(*field_.result, options.pseudo_volume, progress);
   });
   model->lattice = update("lattice", pseudo_volume_.serial, lattice_, options.lattice, [&] {
-    return make_lattice(*pseudo_volume_.result, bounding_box(*soup_), options.lattice, progress);
+    return make_lattice(*pseudo_volume_.result, box_, options.lattice, progress);
   });
   if (model->lattice->kept_count > 0) {
     model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},

@@ -32,14 +32,14 @@ class PipelineStages {
                                      const Options& options, Make&& make);
   void update_field(const MeshingOptions& options, Progress& progress);
   void measure(Model& model, Progress& progress);
-  const TriangleTree& soup_tree();
 
   struct Nothing {
     bool operator==(const Nothing&) const = default;
   };
   std::shared_ptr<const TriangleSoup> soup_;
+  Box box_;  ///< of the soup
   std::shared_ptr<const MeshReport> input_;
-  std::optional<TriangleTree> soup_tree_;
+  std::optional<MeasuredSoup> measured_soup_;
   Stage<DistanceField, DistanceFieldOptions> field_;
   Stage<PseudoVolume, PseudoVolumeOptions> pseudo_volume_;
   Stage<Lattice, LatticeOptions> lattice_;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/common/progress.h"
+#include "core/distance_field/distance_field.h"
 #include "core/embedding/embedding.h"
 #include "core/embedding/triangle_tree.h"
 
@@ -16,6 +17,13 @@ struct TetQuality {
 };
 TetQuality tet_quality(std::span<const Vec3> positions, std::span<const Tet> tets);
 
+/// The worst of them, without the arrays.
+struct WorstTets {
+  double min_dihedral_deg = 180.0, min_scaled_jacobian = 1.0;
+  std::int64_t inverted = 0;  ///< or flat
+};
+WorstTets worst_tets(std::span<const Vec3> positions, std::span<const Tet> tets);
+
 struct QualitySummary {
   double volume = 0.0;
   std::int64_t inverted = 0;
@@ -26,8 +34,19 @@ struct QualitySummary {
   double input_to_boundary = 0.0;  ///< largest distance from sampled soup points outside the model to it
 };
 
-/// soup_tree: over the soup's triangles; made once a soup.
-QualitySummary summarize_quality(const TetMesh& mesh, const TriangleSoup& soup, const TriangleTree& soup_tree,
-                                 const Embedding& embedding, Progress& progress);
+/// What measuring needs of a soup, made once a soup: its triangles' sizes and a tree over them. Keeps a
+/// reference to the soup.
+struct MeasuredSoup {
+  explicit MeasuredSoup(const TriangleSoup& measured);
+
+  const TriangleSoup& soup;
+  std::vector<double> area, longest_edge;  ///< a triangle
+  double total_area = 0.0, longest = 0.0;
+  TriangleTree tree;
+};
+
+/// field: the soup's distances, which bound those of the boundary and leave few to the tree.
+QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
+                                 const DistanceField& field, Progress& progress);
 
 }  // namespace isochor

@@ -9,11 +9,16 @@
 namespace isochor {
 namespace {
 
-double area(const std::array<Vec3, 3>& t) {
+std::array<Vec3, 3> corners(const TriangleSoup& soup, std::int64_t triangle) {
+  const Triangle& t = soup.triangles[triangle];
+  return {soup.positions[t[0]], soup.positions[t[1]], soup.positions[t[2]]};
+}
+
+double triangle_area(const std::array<Vec3, 3>& t) {
   return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm();
 }
 
-double longest_edge(const std::array<Vec3, 3>& t) {
+double longest_side(const std::array<Vec3, 3>& t) {
   return std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
 }
 
@@ -36,109 +41,143 @@ struct Coverage {
 /// knows, others by samples a spacing apart.
 class CoverageMeter {
  public:
-  CoverageMeter(const TetMesh& mesh, const TriangleSoup& soup, const Embedding& embedding)
-      : soup_(soup), embedding_(embedding), reach_(mesh.grid.spacing) {
-    double total = 0.0, longest = 0.0;
-    for (const Triangle& t : soup.triangles) {
-      total += area(corners(t));
-      longest = std::max(longest, longest_edge(corners(t)));
-    }
-    spacing_ = std::max(0.5 * reach_, std::sqrt(total) / 150.0);  // some 50,000 samples at most
-    if (longest > spacing_) locator_.emplace(mesh);
+  CoverageMeter(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding)
+      : input_(input), embedding_(embedding), reach_(mesh.grid.spacing) {
+    spacing_ = std::max(0.5 * reach_, std::sqrt(input.total_area) / 150.0);  // some 50,000 samples at most
+    if (input.longest > spacing_) locator_.emplace(mesh);
   }
 
-  Coverage measure(const Triangle& triangle) const {
-    const std::array<Vec3, 3> t = corners(triangle);
-    Coverage result{area(t), 0.0, 0.0};
+  Coverage measure(std::int64_t triangle, TetLocator::Hint& hint) const {
+    Coverage result{input_.area[triangle], 0.0, 0.0};
     int hits = 0, samples = 0;
     const auto add = [&](double distance) {
       ++samples;
       hits += distance <= reach_;
       result.farthest = std::max(result.farthest, distance);
     };
-    if (const double edge = longest_edge(t); edge <= spacing_) {
-      for (const std::int32_t v : triangle) add(embedding_.distance[v]);
+    if (const double edge = input_.longest_edge[triangle]; edge <= spacing_) {
+      for (const std::int32_t v : input_.soup.triangles[triangle]) add(embedding_.distance[v]);
     } else {
       const int n = static_cast<int>(std::min(256.0, std::ceil(edge / spacing_)));
-      for_parts(t, n, [&](const Vec3& p) { add(locator_->distance(p)); });
+      for_parts(corners(input_.soup, triangle), n, [&](const Vec3& p) { add(locator_->distance(p, hint)); });
     }
     result.covered = result.area * hits / samples;
     return result;
   }
 
  private:
-  std::array<Vec3, 3> corners(const Triangle& t) const {
-    return {soup_.positions[t[0]], soup_.positions[t[1]], soup_.positions[t[2]]};
-  }
-
-  const TriangleSoup& soup_;
+  const MeasuredSoup& input_;
   const Embedding& embedding_;
   std::optional<TetLocator> locator_;  ///< made when a triangle needs samples
   double reach_, spacing_ = 0.0;
 };
 
-/// Sums body(i) over [0, count) in chunks that no thread count changes; add combines two results.
-template <class Value, class Body, class Add>
-Value reduce(std::int64_t count, std::int64_t grain, const Progress& progress, Body&& body, Add&& add) {
-  std::vector<Value> chunks((count + grain - 1) / grain);
+// Summed in chunks that no thread count changes.
+Coverage measure_coverage(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
+                          const Progress& progress) {
+  constexpr std::int64_t grain = 1024;
+  const CoverageMeter meter(mesh, input, embedding);
+  const auto add = [](Coverage& sum, const Coverage& part) {
+    sum.area += part.area, sum.covered += part.covered;
+    sum.farthest = std::max(sum.farthest, part.farthest);
+  };
+  const auto count = static_cast<std::int64_t>(input.soup.triangles.size());
+  std::vector<Coverage> chunks((count + grain - 1) / grain);
   parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
-    Value sum{};
-    for (auto i = begin; i < end; ++i) sum = add(sum, body(i));
-    chunks[begin / grain] = sum;
+    TetLocator::Hint hint;
+    for (auto t = begin; t < end; ++t) add(chunks[begin / grain], meter.measure(t, hint));
   });
-  Value sum{};
-  for (const Value& chunk : chunks) sum = add(sum, chunk);
+  Coverage sum;
+  for (const Coverage& chunk : chunks) add(sum, chunk);
   return sum;
 }
 
-Coverage measure_coverage(const TetMesh& mesh, const TriangleSoup& soup, const Embedding& embedding,
-                          const Progress& progress) {
-  const CoverageMeter meter(mesh, soup, embedding);
-  return reduce<Coverage>(
-      static_cast<std::int64_t>(soup.triangles.size()), 1024, progress,
-      [&](std::int64_t t) { return meter.measure(soup.triangles[t]); },
-      [](const Coverage& a, const Coverage& b) {
-        return Coverage{a.area + b.area, a.covered + b.covered, std::max(a.farthest, b.farthest)};
-      });
+struct Bounds {
+  double lower, upper;
+};
+
+/// Of the distance at p, from the voxel centres around it: distances change by at most 1 a unit of length.
+Bounds distance_bounds(const DistanceField& field, const Vec3& p) {
+  const Grid& grid = field.grid;
+  const double round_off = 1e-4 * grid.spacing;  // of the field: 1e-5 voxels or half an ulp
+  const Vec3i last = grid.size - Vec3i::Ones();
+  const Vec3 at = (p - grid.origin) / grid.spacing - Vec3::Constant(0.5);
+  const Vec3i low = at.cwiseMax(0.0).cwiseMin(last.cast<double>()).cast<int>();
+  Bounds bounds{0.0, 1e300};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3i voxel = (low + Vec3i(corner & 1, corner >> 1 & 1, corner >> 2 & 1)).cwiseMin(last);
+    const double away = grid.spacing * (at - voxel.cast<double>()).norm() + round_off;
+    const double distance = field.distance[grid.index(voxel.x(), voxel.y(), voxel.z())];
+    bounds.lower = std::max(bounds.lower, distance - away);
+    bounds.upper = std::min(bounds.upper, distance + away);
+  }
+  return bounds;
 }
 
-double boundary_distance(const TetMesh& mesh, const TriangleTree& soup_tree, const Progress& progress) {
+std::vector<std::int32_t> boundary_vertices(const TetMesh& mesh) {
   std::vector<std::uint8_t> on_boundary(mesh.positions.size(), 0);
   for (const Triangle& t : mesh.surface)
     for (const std::int32_t v : t) on_boundary[v] = 1;
-  std::vector<double> squared(mesh.positions.size(), 0.0);
-  parallel_for(static_cast<std::int64_t>(squared.size()), 256, [&](std::int64_t begin, std::int64_t end) {
+  std::vector<std::int32_t> vertices;
+  for (std::size_t v = 0; v < on_boundary.size(); ++v)
+    if (on_boundary[v] != 0) vertices.push_back(static_cast<std::int32_t>(v));
+  return vertices;
+}
+
+double boundary_distance(const TetMesh& mesh, const TriangleTree& soup_tree, const DistanceField& field,
+                         const Progress& progress) {
+  const std::vector<std::int32_t> vertices = boundary_vertices(mesh);
+  const auto count = static_cast<std::int64_t>(vertices.size());
+  std::vector<Bounds> bounds(count);
+  parallel_for(count, 1024, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = begin; n < end; ++n) bounds[n] = distance_bounds(field, mesh.positions[vertices[n]]);
+  });
+  double least = 0.0;  // that the largest distance can be
+  for (const Bounds& b : bounds) least = std::max(least, b.lower);
+  std::vector<std::int32_t> candidates;
+  for (std::int64_t n = 0; n < count; ++n)
+    if (bounds[n].upper >= least) candidates.push_back(vertices[n]);
+  std::vector<double> squared(candidates.size());
+  parallel_for(static_cast<std::int64_t>(candidates.size()), 64, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
-    std::int32_t hint = -1;  // the triangle nearest to the vertex before bounds the search
-    for (auto v = begin; v < end; ++v) {
-      if (on_boundary[v] == 0) continue;
-      const Vec3& p = mesh.positions[v];
-      squared[v] = hint < 0 ? 1e300 : soup_tree.squared_distance(p, hint);
-      const TriangleTree::Nearest nearest = soup_tree.nearest(p, squared[v]);
-      if (nearest.triangle >= 0) hint = nearest.triangle, squared[v] = nearest.squared_distance;
-    }
+    for (auto n = begin; n < end; ++n)
+      squared[n] = soup_tree.nearest(mesh.positions[candidates[n]], 1e300).squared_distance;
   });
   return std::sqrt(*std::ranges::max_element(squared));
 }
 
 }  // namespace
 
-QualitySummary summarize_quality(const TetMesh& mesh, const TriangleSoup& soup, const TriangleTree& soup_tree,
-                                 const Embedding& embedding, Progress& progress) {
+MeasuredSoup::MeasuredSoup(const TriangleSoup& measured)
+    : soup(measured), tree(measured.positions, measured.triangles) {
+  const auto count = static_cast<std::int64_t>(soup.triangles.size());
+  area.resize(count), longest_edge.resize(count);
+  parallel_for(count, 4096, [&](std::int64_t begin, std::int64_t end) {
+    for (auto t = begin; t < end; ++t) {
+      const std::array<Vec3, 3> x = corners(soup, t);
+      area[t] = triangle_area(x), longest_edge[t] = longest_side(x);
+    }
+  });
+  for (std::int64_t t = 0; t < count; ++t)
+    total_area += area[t], longest = std::max(longest, longest_edge[t]);
+}
+
+QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
+                                 const DistanceField& field, Progress& progress) {
   QualitySummary summary;
   summary.volume = total_volume(mesh);
-  const TetQuality tets = tet_quality(mesh.positions, mesh.tets);
-  summary.min_dihedral_deg = std::ranges::min(tets.min_dihedral_deg);
-  summary.min_scaled_jacobian = std::ranges::min(tets.scaled_jacobian);
-  summary.inverted = std::ranges::count_if(tets.scaled_jacobian, [](float j) { return !(j > 0.0F); });
+  const WorstTets worst = worst_tets(mesh.positions, mesh.tets);
+  summary.min_dihedral_deg = worst.min_dihedral_deg;
+  summary.min_scaled_jacobian = worst.min_scaled_jacobian;
+  summary.inverted = worst.inverted;
   progress.throw_if_cancelled();
-  const Coverage coverage = measure_coverage(mesh, soup, embedding, progress);
+  const Coverage coverage = measure_coverage(mesh, input, embedding, progress);
   // Collinear triangles have no area; then all of their vertices must be covered.
   summary.coverage = coverage.area > 0.0 ? coverage.covered / coverage.area
                                          : (embedding.largest_distance <= mesh.grid.spacing ? 1.0 : 0.0);
   summary.input_to_boundary = std::max(coverage.farthest, embedding.largest_distance);
-  summary.boundary_to_input = boundary_distance(mesh, soup_tree, progress);
+  summary.boundary_to_input = boundary_distance(mesh, input.tree, field, progress);
   return summary;
 }
 

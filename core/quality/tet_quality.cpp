@@ -1,35 +1,117 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "core/common/wide.h"
 #include "core/parallel/parallel.h"
-#include "core/quality/dihedral.h"
 #include "core/quality/quality.h"
 
 namespace isochor {
 namespace {
 
-double scaled_jacobian(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const double ab = (b - a).norm(), ac = (c - a).norm(), ad = (d - a).norm();
-  const double bc = (c - b).norm(), bd = (d - b).norm(), cd = (d - c).norm();
-  const double most = std::max({ab * ac * ad, ab * bc * bd, ac * bc * cd, ad * bd * cd});
-  return most > 0.0 ? std::numbers::sqrt2 * 6.0 * tet_volume(a, b, c, d) / most : 0.0;
+constexpr int lanes = 8;
+constexpr std::int64_t grain = 2048;
+
+/// Corners of eight tets, a coordinate a row, and what is judged of each.
+struct EightTets {
+  double x[12][lanes];
+  double cosine[lanes];  ///< of the smallest dihedral angle, 1 when not positive
+  double scaled_jacobian[lanes];
+};
+
+inline double dot(const double* a, const double* b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// As smallest_dihedral_cosine has it, without branches, so that the loop over the lanes becomes wide.
+ISOCHOR_MULTIVERSION void judge(EightTets& tets) {
+  const auto& x = tets.x;
+  for (int l = 0; l < lanes; ++l) {
+    const double e1[3]{x[3][l] - x[0][l], x[4][l] - x[1][l], x[5][l] - x[2][l]},
+        e2[3]{x[6][l] - x[0][l], x[7][l] - x[1][l], x[8][l] - x[2][l]},
+        e3[3]{x[9][l] - x[0][l], x[10][l] - x[1][l], x[11][l] - x[2][l]};
+    const double nb[3]{e3[1] * e2[2] - e3[2] * e2[1], e3[2] * e2[0] - e3[0] * e2[2],
+                       e3[0] * e2[1] - e3[1] * e2[0]},
+        nc[3]{e1[1] * e3[2] - e1[2] * e3[1], e1[2] * e3[0] - e1[0] * e3[2], e1[0] * e3[1] - e1[1] * e3[0]},
+        nd[3]{e2[1] * e1[2] - e2[2] * e1[1], e2[2] * e1[0] - e2[0] * e1[2], e2[0] * e1[1] - e2[1] * e1[0]};
+    const double na[3]{-(nb[0] + nc[0] + nd[0]), -(nb[1] + nc[1] + nd[1]), -(nb[2] + nc[2] + nd[2])};
+    const double six_volumes = -dot(e1, nb);
+    const double la = 1.0 / std::sqrt(dot(na, na)), lb = 1.0 / std::sqrt(dot(nb, nb)),
+                 lc = 1.0 / std::sqrt(dot(nc, nc)), ld = 1.0 / std::sqrt(dot(nd, nd));
+    double most = -dot(na, nb) * la * lb;
+    most = std::max(most, -dot(na, nc) * la * lc);
+    most = std::max(most, -dot(na, nd) * la * ld);
+    most = std::max(most, -dot(nb, nc) * lb * lc);
+    most = std::max(most, -dot(nb, nd) * lb * ld);
+    most = std::max(most, -dot(nc, nd) * lc * ld);
+    tets.cosine[l] = six_volumes > 0.0 ? std::min(most, 1.0) : 1.0;
+
+    const double bc[3]{e2[0] - e1[0], e2[1] - e1[1], e2[2] - e1[2]},
+        bd[3]{e3[0] - e1[0], e3[1] - e1[1], e3[2] - e1[2]},
+        cd[3]{e3[0] - e2[0], e3[1] - e2[1], e3[2] - e2[2]};
+    const double ab2 = dot(e1, e1), ac2 = dot(e2, e2), ad2 = dot(e3, e3), bc2 = dot(bc, bc),
+                 bd2 = dot(bd, bd), cd2 = dot(cd, cd);
+    const double largest =
+        std::max(std::max(ab2 * ac2 * ad2, ab2 * bc2 * bd2), std::max(ac2 * bc2 * cd2, ad2 * bd2 * cd2));
+    tets.scaled_jacobian[l] = largest > 0.0 ? std::numbers::sqrt2 * six_volumes / std::sqrt(largest) : 0.0;
+  }
+}
+
+double degrees(double cosine) {
+  return std::acos(cosine) * 180.0 / std::numbers::pi;
+}
+
+/// Calls visit(tet, cosine, scaled_jacobian) for the tets [begin, end).
+template <class Visit>
+void for_tets(std::span<const Vec3> positions, std::span<const Tet> tets, std::int64_t begin,
+              std::int64_t end, Visit&& visit) {
+  EightTets eight;
+  for (auto first = begin; first < end; first += lanes) {
+    const auto used = static_cast<int>(std::min<std::int64_t>(lanes, end - first));
+    for (int l = 0; l < lanes; ++l)
+      for (int i = 0; i < 12; ++i)
+        eight.x[i][l] = positions[tets[first + std::min(l, used - 1)][i / 3]][i % 3];
+    judge(eight);
+    for (int l = 0; l < used; ++l) visit(first + l, eight.cosine[l], eight.scaled_jacobian[l]);
+  }
 }
 
 }  // namespace
 
-TetQuality tet_quality(std::span<const Vec3> x, std::span<const Tet> tets) {
+TetQuality tet_quality(std::span<const Vec3> positions, std::span<const Tet> tets) {
   const auto count = static_cast<std::int64_t>(tets.size());
   TetQuality quality{std::vector<float>(count), std::vector<float>(count)};
-  parallel_for(count, 2048, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = begin; i < end; ++i) {
-      const auto& [a, b, c, d] = tets[i];
-      const double cosine = smallest_dihedral_cosine(x[a], x[b], x[c], x[d]);
-      quality.min_dihedral_deg[i] = static_cast<float>(std::acos(cosine) * 180.0 / std::numbers::pi);
-      quality.scaled_jacobian[i] = static_cast<float>(scaled_jacobian(x[a], x[b], x[c], x[d]));
-    }
+  parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    for_tets(positions, tets, begin, end, [&](std::int64_t tet, double cosine, double jacobian) {
+      quality.min_dihedral_deg[tet] = static_cast<float>(degrees(cosine));
+      quality.scaled_jacobian[tet] = static_cast<float>(jacobian);
+    });
   });
   return quality;
+}
+
+WorstTets worst_tets(std::span<const Vec3> positions, std::span<const Tet> tets) {
+  struct Worst {
+    double cosine = -1.0, jacobian = 1.0;
+    std::int64_t inverted = 0;
+    void add(const Worst& other) {
+      cosine = std::max(cosine, other.cosine), jacobian = std::min(jacobian, other.jacobian);
+      inverted += other.inverted;
+    }
+  };
+  const auto count = static_cast<std::int64_t>(tets.size());
+  std::vector<Worst> chunks((count + grain - 1) / grain);
+  parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    Worst worst;
+    for_tets(positions, tets, begin, end, [&](std::int64_t, double cosine, double jacobian) {
+      worst.add({cosine, jacobian, jacobian > 0.0 ? 0 : 1});
+    });
+    chunks[begin / grain] = worst;
+  });
+  Worst worst;
+  for (const Worst& chunk : chunks) worst.add(chunk);
+  return {degrees(worst.cosine), worst.jacobian, worst.inverted};
 }
 
 }  // namespace isochor

@@ -27,7 +27,7 @@ Error failure(const TriangleSoup& soup, const DistanceFieldOptions& options) {
 }
 
 TEST(DistanceGrid, CoversTheBoxWithCubesAndPadding) {
-  const Grid grid = distance_grid(triangle, {30, 4});
+  const Grid grid = distance_grid(bounding_box(triangle), {30, 4});
   EXPECT_DOUBLE_EQ(grid.spacing, 0.1);
   EXPECT_EQ(grid.size, Vec3i(38, 28, 9));
   EXPECT_TRUE((grid.origin + 0.5 * grid.spacing * grid.size.cast<double>()).isApprox(Vec3(1.5, 1.0, 0.0)));

@@ -34,7 +34,7 @@ double allowed_error(double distance, double spacing) {
 
 DistanceField fill(const TriangleSoup& soup, const BlockKernel& kernel, const DistanceFieldOptions& options) {
   DistanceField field;
-  field.grid = distance_grid(soup, options);
+  field.grid = distance_grid(bounding_box(soup), options);
   field.distance.resize(field.grid.count(), -1.0F);
   Progress progress;
   fill_distances(soup, kernel, field, progress);

@@ -69,7 +69,8 @@ TEST(Embedding, TheNearestTetIsTheOneAtThatDistance) {
   const TetMesh mesh = smooth_ball();
   const TetLocator locator(mesh);
   for (const Vec3& p : random_points(5, 20.0, 200).positions) {
-    const TetLocator::Location found = locator.locate(p);
+    TetLocator::Hint hint;
+    const TetLocator::Location found = locator.locate(p, hint);
     if (found.triangle < 0) continue;
     const Triangle& face = mesh.surface[found.triangle];
     for (const std::int32_t v : face) EXPECT_EQ(std::ranges::count(mesh.tets[found.tet], v), 1);

@@ -13,7 +13,8 @@ namespace {
 QualitySummary summary_of(const TetMesh& mesh, const TriangleSoup& soup) {
   Progress progress;
   const Embedding embedding = make_embedding(soup, mesh, progress);
-  return summarize_quality(mesh, soup, TriangleTree(soup.positions, soup.triangles), embedding, progress);
+  const DistanceField field = make_distance_field(soup, {32, 4}, progress);
+  return summarize_quality(mesh, MeasuredSoup(soup), embedding, field, progress);
 }
 
 TEST(TetQuality, OfKnownTets) {
