@@ -1,9 +1,28 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {readFile} from 'node:fs/promises';
+import {execFile} from 'node:child_process';
+import {mkdtemp, readFile, rm, writeFile} from 'node:fs/promises';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
+import {fileURLToPath} from 'node:url';
+import {promisify} from 'node:util';
 import {browser_tests, eventually, no_complaints, tets} from './support/browser.js';
 
 const suite = browser_tests();
+
+/// What VTK's readers of glTF and VTU and a reader of point caches in Python find in the files.
+async function read_by_others(files) {
+  const folder = await mkdtemp(join(tmpdir(), 'isochor-'));
+  try {
+    for (const [extension, bytes] of Object.entries(files)) await writeFile(join(folder, `clip.${extension}`), bytes);
+    const {stdout} = await promisify(execFile)('/usr/bin/python3', [fileURLToPath(new URL('support/read_animations.py', import.meta.url)), folder]);
+    return JSON.parse(stdout);
+  } finally {
+    await rm(folder, {recursive: true});
+  }
+}
+
+
 
 async function save(page, name) {
   const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name}).click()]);
@@ -27,8 +46,9 @@ test('the dialog names the consumers and gives each its file', async () => {
   await page.context().close();
 });
 
-test('a played clip leaves as GLB, MDD and PC2 with every frame', async () => {
+test('a played clip leaves as GLB, MDD, PC2 and VTU series with every frame, as others read them', async () => {
   const page = await suite.open();
+  const expected = await tets(page);
   await page.getByRole('button', {name: 'Step (.)'}).click();
   await eventually(() => page.locator('.transport .time').textContent(), text => /step 1 /.test(text), 'one step');
   await page.getByRole('button', {name: 'Step (.)'}).click();
@@ -46,6 +66,14 @@ test('a played clip leaves as GLB, MDD and PC2 with every frame', async () => {
   const document = JSON.parse(glb.subarray(20, 20 + glb.readUInt32LE(12)).toString());
   assert.equal(document.meshes[0].primitives[0].targets.length, 2);
   assert.equal(document.accessors[document.meshes[0].primitives[0].attributes.POSITION].count, points);
+  const tar = (await save(page, 'Save VTU series')).bytes;
+  const seen = await read_by_others({glb, mdd, pc2, tar});
+  assert.equal(seen.glb_points, points);
+  assert.deepEqual(seen.times.map(t => t.toFixed(4)), ['0.0000', '0.0167', '0.0333']);
+  assert.deepEqual(seen.tets, Array(3).fill(expected));
+  assert.ok(seen.volumes.every(volume => Math.abs(volume / seen.volumes[0] - 1) < 1e-5), `volumes ${seen.volumes}`);
+  assert.ok(seen.largest_difference < 1e-6, `MDD and PC2 differ by ${seen.largest_difference}`);
+  assert.ok(seen.glb_difference < 1e-4, `GLB and PC2 differ by ${seen.glb_difference}`);
   no_complaints(page);
   await page.context().close();
 });

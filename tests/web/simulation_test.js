@@ -65,6 +65,45 @@ test('material, gravity and tolerance change while it runs, without a restart', 
   await page.context().close();
 });
 
+test('damping changes while it runs, and takes the energy out', async () => {
+  const page = await suite.open(small);
+  await play(page);
+  await played_to(page, 0.1);
+  const now = () => page.evaluate(async () => {
+    const {simulations} = await (await fetch('./api/v1/simulations')).json();
+    const {t, metrics} = simulations.at(-1);
+    return {t, energy: metrics.kinetic_energy + metrics.potential_energy};
+  });
+  const before = await now();
+  await page.getByLabel('Damping, exact value').fill('0.05');
+  await page.getByLabel('Damping, exact value').press('Enter');
+  const after = await eventually(now, ({energy}) => energy < 0.5 * before.energy, 'half the energy is gone');
+  assert.ok(after.t > before.t, 'without a restart');
+  no_complaints(page);
+  await page.context().close();
+});
+
+/// A mirrored block: all its tets are inverted at the start.
+const mirrored = JSON.stringify({name: 'mirrored', duration: null, frame_rate: 60, gravity: [0, 0, 0],
+  solver: {volume: 'newton', constraint: 'per_cell', tolerance: 1e-6, springs: 'auto', substeps: 'auto', max_iterations: 40},
+  bodies: [{name: 'block', type: 'deformable', lattice: {cells: [4, 4, 4], cell_size: 0.2, origin: [-0.4, 0, -0.4]}, density: 300,
+    edge_stiffness: 1000, diagonal_stiffness: 300, start: {invert: true}}], pins: [], joints: []});
+
+test('inverted tets are counted and glow crimson until they are cured', async () => {
+  const page = await suite.open(small);
+  await drop(page, 'mirrored.json', mirrored);
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  await page.getByRole('button', {name: 'Fit (F)'}).click();
+  await eventually(() => look(page), seen => seen.crimson > 2000, 'all of it glows');
+  assert.equal(await fact(page, 'Inverted tets'), 320);
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  await eventually(() => look(page), seen => seen.crimson < 20, 'nothing glows');
+  assert.equal(await fact(page, 'Inverted tets'), 0);
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('colliders are added, moved, resized and removed', async () => {
   const page = await suite.open(small);
   await page.getByRole('button', {name: 'Add a sphere'}).click();
@@ -81,6 +120,7 @@ test('colliders are added, moved, resized and removed', async () => {
   assert.equal(moves[0].position[0], 0.7);
   await sphere.getByLabel('Radius, exact value', {exact: true}).fill('0.3');
   await sphere.getByLabel('Radius, exact value', {exact: true}).press('Enter');
+  await status(page).filter({hasText: 'The run started again: bodies and their sizes are compiled into it'}).waitFor();
   await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
   await page.getByRole('button', {name: 'Remove box 1'}).click();
   assert.equal(await page.locator('.collider', {hasText: 'box 1'}).count(), 0);

@@ -37,7 +37,7 @@ function animation_rows(app) {
   if (frames < 2) return h('p', {class: 'quiet'}, 'Play a simulation first; its buffered frames become the clip.');
   return h('ul', {class: 'exports'}, animation_formats.map(({title, note, extension, make}) =>
     row(title, `${note} ${counted(frames, 'frames')}.`, extension, button('Save', () => app.run(async () => {
-      download(make(app.simulation), `${app.stem()}${extension}`);
+      download(make(app.simulation, app.stem()), `${app.stem()}${extension}`);
       app.say(`${title} saved with ${counted(frames, 'frames')}`);
     }), {name: 'down', label: `Save ${title}`}))));
 }

@@ -1,12 +1,11 @@
 import {apply_embedding} from '../view/deformation.js';
 import {make_glb} from './glb.js';
+import {make_vtu_series} from './vtu.js';
 
 /// The first deformable body as a clip: the vertices that its user knows (the embedded mesh, or the boundary of the
 /// tets), its triangles, and the vertices at each buffered frame.
 function clip_of({bodies, buffer, info}) {
-  const body = bodies.find(({type}) => type === 'deformable');
-  const frames = buffer.frames.map(frame => frame.bodies.find(({id}) => id === body.id).positions);
-  const rate = info?.frame_rate ?? 60;
+  const {body, frames, rate} = tets_of({bodies, buffer, info});
   if (!body.embedded) return {triangles: body.surface, frames, rate, name: body.name};
   const {tet, triangles} = body.embedded;
   const skins = frames.map(positions => {
@@ -15,6 +14,13 @@ function clip_of({bodies, buffer, info}) {
     return out;
   });
   return {triangles, frames: skins, rate, name: body.name};
+}
+
+/// The same body's tets at each buffered frame.
+function tets_of({bodies, buffer, info}) {
+  const body = bodies.find(({type}) => type === 'deformable');
+  const frames = buffer.frames.map(frame => frame.bodies.find(({id}) => id === body.id).positions);
+  return {body, frames, rate: info?.frame_rate ?? 60};
 }
 
 /// NewTek MDD: frame and point counts, times, then positions; all big-endian.
@@ -48,4 +54,6 @@ export const animation_formats = [
   {title: 'Animated GLB', extension: '.glb', note: 'Morph targets of the mesh, for three.js, Blender and engines; up to 120 frames are kept.', make: sim => make_glb(clip_of(sim))},
   {title: 'MDD point cache', extension: '.mdd', note: 'Big-endian vertex positions for Blender, Modo and LightWave.', make: sim => make_mdd(clip_of(sim))},
   {title: 'PC2 point cache', extension: '.pc2', note: 'Vertex positions for 3ds Max, Maya and Blender.', make: sim => make_pc2(clip_of(sim))},
+  {title: 'VTU series', extension: '.tar', note: 'The tets of each frame with displacement and volume error, and a .pvd with the times, for ParaView and PyVista.',
+    make: (sim, stem) => make_vtu_series({...tets_of(sim), stem})},
 ];

@@ -33,11 +33,17 @@ export const playing = app => {
     if (was_playing) await playback.play();
   };
 
+  /// Bodies and their sizes are compiled into the phases; what else changes does so while it runs.
+  const restart_with_changes = async () => {
+    await recompile();
+    app.say('The run started again: bodies and their sizes are compiled into it');
+  };
+
   const take_changes = live => app.run(async () => {
     if (!simulation.id || !app.running) return;
     const scene = store.get('scene');
     const {patch, moves, structural} = difference(app.running, scene);
-    if (structural) return live ? null : recompile();
+    if (structural) return live ? null : restart_with_changes();
     app.running = structuredClone(scene);
     if (Object.keys(patch).length) await simulation.patch(patch);
     for (const {body, ...pose} of moves) await app.client.send('PUT', `/simulations/${simulation.id}/colliders/${body}`, pose);
