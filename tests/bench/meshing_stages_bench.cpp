@@ -88,7 +88,8 @@ void distance_over_voxels(benchmark::State& state) {
   const TriangleSoup soup = tilted_torus(usual_segments);
   const DistanceFieldOptions options{.voxels = static_cast<int>(state.range(0))};
   Progress quiet;
-  run(state, distance_grid(soup, options).count(), [&] { return make_distance_field(soup, options, quiet); });
+  run(state, distance_grid(bounding_box(soup), options).count(),
+      [&] { return make_distance_field(soup, options, quiet); });
 }
 
 void distance_over_triangles(benchmark::State& state) {
@@ -147,10 +148,10 @@ void embedding_over_cells(benchmark::State& state) {
 void quality(benchmark::State& state) {
   const Model model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
   Progress quiet;
-  const TriangleTree tree(model.soup.positions, model.soup.triangles);
+  const MeasuredSoup input(model.soup);
   const Embedding embedding = make_embedding(model.soup, model.smoothed.mesh, quiet);
   run(state, model.mesh.cells.size(),
-      [&] { return summarize_quality(model.smoothed.mesh, model.soup, tree, embedding, quiet); });
+      [&] { return summarize_quality(model.smoothed.mesh, input, embedding, model.field, quiet); });
 }
 
 void whole_pipeline(benchmark::State& state) {
@@ -159,7 +160,7 @@ void whole_pipeline(benchmark::State& state) {
   options.voxels = static_cast<int>(state.range(0));
   options.lattice.cells = options.voxels / 4;
   Progress quiet;
-  const std::size_t voxels = distance_grid(*soup, {.voxels = options.voxels}).count();
+  const std::size_t voxels = distance_grid(bounding_box(*soup), {.voxels = options.voxels}).count();
   run(state, voxels, [&] { return AuthoringPipeline(soup).run(options, quiet); });
 }
 
