@@ -10,7 +10,7 @@ enum ExitCode : int {
   exit_usage = 2,
   exit_cannot_read = 3,
   exit_unsupported = 4,
-  exit_empty = 5,
+  exit_empty = 5,  ///< also a model that is written but incomplete
   exit_quality = 6,
   exit_budget = 7,
   exit_port_in_use = 8,

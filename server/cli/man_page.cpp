@@ -40,9 +40,9 @@ std::string options_of(const CLI::App& command) {
 
 std::string exit_codes() {
   return ".SH EXIT STATUS\n0 success; 1 internal error, or a target that cannot be written; 2 usage; 3 input "
-         "cannot be read; 4 unsupported format; 5 empty or degenerate result; 6 a quality gate failed; 7 out "
-         "of "
-         "budget; 8 port in use; 130 interrupted.\n";
+         "cannot be read; 4 unsupported format; 5 empty, degenerate or incomplete result; 6 a quality gate "
+         "failed; "
+         "7 out of budget; 8 port in use; 130 interrupted.\n";
 }
 
 }  // namespace

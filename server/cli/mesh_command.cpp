@@ -14,6 +14,7 @@
 #include "server/cli/input.h"
 #include "server/cli/parameter_options.h"
 #include "server/messages/model_messages.h"
+#include "server/problem.h"
 
 namespace isochor {
 namespace {
@@ -132,7 +133,7 @@ void print_result(const CliContext& context, const MeshCommand& command, const I
   context.print_json(document);
 }
 
-void run_mesh(const CliContext& context, const MeshCommand& command) {
+void run_mesh(CliContext& context, const MeshCommand& command) {
   MeshingOptions options = command.parameters.resolve();
   const auto gates = parse_gates(command.require);
   check_outputs(context, command);
@@ -149,6 +150,15 @@ void run_mesh(const CliContext& context, const MeshCommand& command) {
   }
   check_gates(*model, gates);
   print_result(context, command, input, *model, write_outputs(command, *model));
+  if (const std::string reason = shortfall(*model); !reason.empty()) {
+    std::fputs(
+        fmt::format("error: the model is incomplete: {}\n"
+                    "hint: try the preset thin or more cells; what was made is written, to be looked at\n",
+                    reason)
+            .c_str(),
+        stderr);
+    context.exit_code = exit_empty;
+  }
 }
 
 }  // namespace

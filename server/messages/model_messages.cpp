@@ -1,5 +1,7 @@
 #include "server/messages/model_messages.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -127,13 +129,21 @@ Json mesh_report_json(const MeshReport& report) {
           {"defects", std::move(defects)}};
 }
 
-/// A closed input that does not pass through itself says what the volume is; a model far from it is no
-/// success.
+/// A closed input that does not pass through itself says what the volume is.
 bool has_sensible_volume(const Model& model) {
   const MeshReport& input = *model.input;
   const auto overlaps = [](const Defect& defect) { return defect.name.starts_with("self_intersections"); };
   if (!input.closed || std::ranges::any_of(input.defects, overlaps)) return true;
   return std::abs(model.quality.volume - std::abs(input.volume)) <= 0.25 * std::abs(input.volume);
+}
+
+std::string shortfall(const Model& model) {
+  if (const double coverage = model.quality.coverage; coverage < sufficient_coverage)
+    return fmt::format("it covers only {:.1f} % of the input's area", 100.0 * coverage);
+  if (!has_sensible_volume(model))
+    return fmt::format("its volume is {:.4g}, but the closed input encloses {:.4g}", model.quality.volume,
+                       std::abs(model.input->volume));
+  return {};
 }
 
 Json model_json(const Model& model) {
@@ -147,7 +157,7 @@ Json model_json(const Model& model) {
           {"components", lattice.components},
           {"volume", quality.volume},
           {"coverage", quality.coverage},
-          {"complete", quality.coverage >= sufficient_coverage && has_sensible_volume(model)},
+          {"complete", shortfall(model).empty()},
           {"inverted", quality.inverted},
           {"min_dihedral_deg", quality.min_dihedral_deg},
           {"min_scaled_jacobian", quality.min_scaled_jacobian},

@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "core/parameters/parameters.h"
 #include "core/pipeline/pipeline.h"
 #include "server/messages/json.h"
@@ -16,6 +18,10 @@ Json parameters_json(const MeshingOptions& options);
 
 /// {vertices, triangles, components, bounds, area, closed, volume, defects: [{name, count, locations}]}
 Json mesh_report_json(const MeshReport& report);
+/// Why a model is no success: it covers too little of its input, or its volume is more than a quarter off
+/// that of a closed input without self-intersections. Empty when it is complete.
+std::string shortfall(const Model& model);
+
 /// {params, cells, tets, vertices, components, volume, coverage, complete, inverted, min_dihedral_deg,
 /// min_scaled_jacobian, …, stages: [{name, ms, reused}], warnings,
 /// fixes: [{warning, parameter, value}]}: values that cure the warning of that number

@@ -79,21 +79,23 @@ class Mesh(ProgramTest):
         self.run_json("mesh", SPHERE, "--require", "beauty=1", expect=2)
         self.assert_files()
 
-    def test_an_incomplete_model_says_so(self):
+    def test_an_incomplete_model_is_written_and_no_success(self):
         sheet = self.file("sheet.obj", "v 0 0 0\nv 1 0 0\nv 1 0.3 1\nv 0 0.3 1\nv 0 .1 3\nv 1 .1 3\n"
                                        "f 1 2 3 4\nf 4 3 6 5\n" + cube_at(0.0))
-        done = self.run_program("mesh", sheet, "--crossing", "at_maximum", "--json")
+        out = self.folder / "sheet.msh"
+        done = self.run_program("mesh", sheet, "-o", out, "--crossing", "at_maximum", "--json", expect=5)
         report = json.loads(done.stdout)
         self.assertLess(report["coverage"], 0.95)
         self.assertFalse(report["complete"])
         self.assertIn("covers", report["warnings"][0])
         self.assertIn("warning: ", done.stderr.decode())
-
+        self.assertIn("error: the model is incomplete: it covers only", done.stderr.decode())
+        self.assertTrue(out.exists())
 
     def test_a_volume_far_from_that_of_the_input_is_no_success(self):
         # A closed box with walls much thinner than a voxel.
         hollow = self.file("hollow.obj", cube_at(0.0) + cube_at(0.0, 0.995, inward=True))
-        report = self.run_json("mesh", hollow)
+        report = json.loads(self.run_program("mesh", hollow, "--json", expect=5).stdout)
         self.assertTrue(report["report"]["closed"])
         self.assertGreater(report["volume"], 2.0 * report["report"]["volume"])
         self.assertFalse(report["complete"])
