@@ -37,7 +37,7 @@ export function move_cells(list, {positions, tets}, values = null, centers = nul
 }
 
 /// 1 where a cell has a side on the model's boundary.
-function boundary_cells(neighbour) {
+export function boundary_cells(neighbour) {
   const boundary = new Uint8Array(neighbour.length / faces_per_cell);
   for (let face = 0; face < neighbour.length; ++face) if (neighbour[face] < 0) boundary[Math.floor(face / faces_per_cell)] = 1;
   return boundary;

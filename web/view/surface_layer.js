@@ -1,5 +1,6 @@
 import * as THREE from '../three.js';
 import {theme_color} from '../ui/theme.js';
+import {fine_layer} from './viewport.js';
 import {apply_orthographic, no_clip, solid_material} from './shading.js';
 
 /// A triangle mesh as it was given; also the simulation's skin, whose vertices move. As glass it is drawn in two
@@ -54,6 +55,8 @@ export class SurfaceLayer {
     uniforms.glass.value = this.glass;
     this.material.wireframe = edges_only;
     this.material.transparent = this.glass;
+    // Glass is drawn twice over what stands behind it: not while a slow picture moves.
+    for (const mesh of [this.mesh, this.depth]) mesh.layers.set(this.glass ? fine_layer : 0);
     this.show(this.on);
     this.viewport.invalidate();
   }

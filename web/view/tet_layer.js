@@ -1,5 +1,6 @@
+import * as THREE from '../three.js';
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
-import {at_edge, cell_centers, draw_cells, seen} from './cell_faces.js';
+import {at_edge, draw_cells, seen} from './cell_faces.js';
 import {draw_cut} from './cut.js';
 import {plane_in} from './clip_plane.js';
 import {same} from '../state/store.js';
@@ -20,10 +21,10 @@ export class TetLayer {
     for (const list of this.lists) list.mesh.visible = on;
   }
 
-  /// cells: the documents of /tets and /quality with the neighbours (see data_worker.js).
+  /// cells: the documents of /tets and /quality with the neighbours and centres (see data_worker.js).
   set_cells(cells) {
     this.cells = cells;
-    this.centers = cell_centers(cells);
+    this.centers = cells.centers;
     this.drawn = null;
   }
 
@@ -40,6 +41,7 @@ export class TetLayer {
     uniforms.middle.value.set(...this.centers.middle);
     uniforms.clip.value = sliced ? plane : no_clip;
     for (const {mesh: {material}} of this.lists) restyle(material, scale, edges_only);
+    this.faces.mesh.material.side = edges_only ? THREE.DoubleSide : THREE.FrontSide;  // they enclose the cells
     this.viewport.invalidate();
   }
 

@@ -5,6 +5,9 @@ import {h} from '../ui/dom.js';
 const fov = 32;
 const slow_frame = 70, settled = 250;  // milliseconds
 
+/// three.js' layer of what is drawn only when the picture is sharp.
+export const fine_layer = 1;
+
 /// The canvas, its camera and its light; draws only when asked to. Layers add their objects to `scene` (world) or
 /// `model` (the mesh's own coordinates, placed as the body stands in the world).
 export class Viewport extends EventTarget {
@@ -97,22 +100,35 @@ export class Viewport extends EventTarget {
   }
 
   invalidate() {
+    this.asked ??= performance.now();
     this.pending ??= requestAnimationFrame(() => this.draw());
   }
 
   /// Where frames come slowly while the picture moves, it is drawn coarser, and sharp again once it rests.
   adapt() {
-    const now = performance.now(), took = now - (this.last_draw ?? 0);
+    const now = performance.now(), before = this.last_draw ?? 0, took = now - before;
     this.last_draw = now;
-    this.mean = took > settled ? 0 : 0.7 * (this.mean ?? 0) + 0.3 * took;
+    const moving = this.asked - before < settled;  // asked for soon after the last, however long it took to come
+    this.mean = moving ? 0.7 * (this.mean ?? 0) + 0.3 * took : 0;
+    this.asked = undefined;
     if (this.mean > slow_frame && this.sharpness > 0.5) this.set_sharpness(0.7 * this.sharpness);
+    this.rest_soon();
+  }
+
+  rest_soon() {
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => this.sharpness < 1 && (this.set_sharpness(1), this.draw()), settled);
+    this.rest = setTimeout(() => {
+      if (this.sharpness === 1) return;
+      if (this.pending || !this.last_is_drawn()) return this.rest_soon();
+      this.set_sharpness(1);
+      this.draw();
+    }, settled);
   }
 
   set_sharpness(sharpness) {
     this.sharpness = sharpness;
     this.mean = 0;
+    for (const camera of [this.perspective, this.orthographic]) camera.layers[sharpness < 1 ? 'disable' : 'enable'](fine_layer);
     this.renderer.setPixelRatio(sharpness * Math.min(2, devicePixelRatio));
     this.renderer.setSize(this.canvas.clientWidth, this.canvas.clientHeight, false);
   }

@@ -1,5 +1,6 @@
 // Fetches and decodes bulk data, and prepares what is drawn, off the main thread.
 import {decode_tree} from './decode.js';
+import {boundary_cells, cell_centers} from '../view/cell_faces.js';
 import {face_neighbours} from '../view/cell_topology.js';
 import {voxel_faces} from '../view/voxel_faces.js';
 
@@ -13,11 +14,12 @@ async function load({url, headers}) {
 
 const tasks = {
   load,
-  /// Tets of a model with their quality, the neighbours across its cells' faces.
+  /// Tets of a model with their quality, the neighbours across its cells' faces, and the cells' centres.
   async load_cells({url, headers}) {
     const [[tets, a], [quality, b]] = await Promise.all(['tets', 'quality'].map(name => load({url: `${url}/${name}`, headers})));
     const neighbour = face_neighbours(tets.tets, tets.cells);
-    return [{...quality, ...tets, neighbour}, [...a, ...b, neighbour.buffer]];
+    const boundary = boundary_cells(neighbour), centers = cell_centers(tets);
+    return [{...quality, ...tets, neighbour, boundary, centers}, [...a, ...b, neighbour.buffer, boundary.buffer, centers.cells.buffer]];
   },
   /// The neighbours across the faces of cells that are known otherwise.
   neighbours({tets, cells}) {
