@@ -31,7 +31,7 @@ std::string options_of(const CLI::App& command) {
                                   ? fmt::format(" \\fI{}\\fR", roff(option->get_type_name()))
                                   : "";
     std::string fallback = option->get_default_str();
-    if (!fallback.empty()) fallback = " Default: " + fallback + ".";
+    if (!fallback.empty()) fallback = fmt::format(" Default: {}.", fallback);
     text += fmt::format(".TP\n\\fB{}\\fR{}\n{}{}\n", roff(option->get_name(false, true)), value,
                         roff(option->get_description()), roff(fallback));
   }
