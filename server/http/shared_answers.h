@@ -22,9 +22,9 @@ class Shared {
       if (!found) found = std::make_shared<Slot>();
       return found;
     });
-    return slot->made.with([&](std::weak_ptr<const T>& text) {
+    return slot->made.with([&](std::weak_ptr<const T>& text) -> std::shared_ptr<const T> {
       if (auto known = text.lock()) return known;
-      const auto made = std::make_shared<const T>(make());
+      auto made = std::make_shared<const T>(make());
       text = made;
       return made;
     });
