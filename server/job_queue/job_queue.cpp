@@ -65,7 +65,7 @@ std::shared_ptr<JobQueue::Job> JobQueue::add(std::string kind, JobStatus status)
 JobView JobQueue::submit(std::string kind, Work work, Line line) {
   const auto job = add(std::move(kind), JobStatus::queued);
   job->work = std::move(work);
-  const JobView view = job->view;  // before a worker may change it
+  JobView view = job->view;  // before a worker may change it
   if (!(line == Line::work ? pool_ : measurements_).submit([this, job] { run(*job); })) {
     table_.with([&](Table& table) { table.jobs.erase(view.id); });
     throw Error(ErrorCode::over_budget, "too many jobs are waiting", "wait for one to end, or cancel some");

@@ -49,7 +49,7 @@ std::shared_ptr<StoredMesh> Catalog::add(std::shared_ptr<StoredMesh> mesh, bool&
     added = !slot.value;
     if (added) slot.value = std::move(mesh);
     slot.used = ++data.clock;
-    const auto kept = slot.value;
+    auto kept = slot.value;
     make_room(data);
     return kept;
   });
@@ -60,7 +60,7 @@ std::shared_ptr<const StoredModel> Catalog::add(StoredModel model) {
     auto& slot = data.models.slots[model.id];
     slot.value = std::make_shared<const StoredModel>(std::move(model));
     slot.used = ++data.clock;
-    const auto kept = slot.value;
+    auto kept = slot.value;
     make_room(data);
     return kept;
   });
