@@ -113,11 +113,7 @@ bool TetLocator::find_inside(const Vec3& p, Hint& hint, Location& found) const {
 }
 
 TriangleTree::Nearest TetLocator::nearest_triangle(const Vec3& p, Hint& hint) const {
-  // A bound a little above the hint's distance lets the search return the hint itself.
-  const double bound =
-      hint.triangle >= 0 ? boundary_.squared_distance(p, hint.triangle) * (1.0 + 1e-12) + 1e-300 : 1e300;
-  TriangleTree::Nearest nearest = boundary_.nearest(p, bound);
-  if (nearest.triangle < 0) nearest.triangle = hint.triangle;
+  const TriangleTree::Nearest nearest = boundary_.nearest(p, hint.triangle);
   hint.triangle = nearest.triangle;
   return nearest;
 }

@@ -156,15 +156,18 @@ void TriangleTree::add_parents() {
   }
 }
 
-double TriangleTree::squared_distance(const Vec3& p, std::int32_t triangle) const {
+void TriangleTree::improve(Nearest& best, std::int32_t leaf, const Vec3& p) const {
   double distances[lanes];
-  eight_distances(leaves_[place_[triangle] / lanes].x, p, distances);
-  return distances[place_[triangle] % lanes];
+  eight_distances(leaves_[leaf].x, p, distances);
+  for (int l = 0; l < lanes; ++l)
+    if (distances[l] < best.squared_distance) best = {leaves_[leaf].triangle[l], distances[l]};
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Vec3& p, double squared_bound) const {
-  Nearest best{-1, squared_bound};
+TriangleTree::Nearest TriangleTree::nearest(const Vec3& p, std::int32_t hint) const {
+  Nearest best;
   if (nodes_.empty()) return best;
+  const std::int32_t tried = hint >= 0 ? place_[hint] / lanes : -1;
+  if (tried >= 0) improve(best, tried, p);
   // At most seven siblings wait on each of at most eleven levels; the nearest child is on top.
   struct Entry {
     double bound;
@@ -179,9 +182,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& p, double squared_bound)
     const auto [bound, index, is_leaf] = stack[--top];
     if (bound >= best.squared_distance) continue;
     if (is_leaf) {
-      eight_distances(leaves_[index].x, p, distances);
-      for (int l = 0; l < lanes; ++l)
-        if (distances[l] < best.squared_distance) best = {leaves_[index].triangle[l], distances[l]};
+      if (index != tried) improve(best, index, p);
       continue;
     }
     const Node& node = nodes_[index];

@@ -14,14 +14,11 @@ class TriangleTree {
   TriangleTree(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
   struct Nearest {
-    std::int32_t triangle = -1;  ///< -1: none within the bound
-    double squared_distance = 0.0;
+    std::int32_t triangle = -1;  ///< -1: there is none
+    double squared_distance = 1e300;
   };
-  /// The closest triangle nearer than squared_bound.
-  Nearest nearest(const Vec3& p, double squared_bound) const;
-
-  /// Squared distance to one triangle of the set.
-  double squared_distance(const Vec3& p, std::int32_t triangle) const;
+  /// The closest triangle. hint: one that is likely near, or -1.
+  Nearest nearest(const Vec3& p, std::int32_t hint = -1) const;
 
  private:
   static constexpr int lanes = 8;
@@ -37,6 +34,7 @@ class TriangleTree {
   };
   void add_leaves(std::span<const Vec3> positions, std::span<const Triangle> triangles);
   void add_parents();
+  void improve(Nearest& best, std::int32_t leaf, const Vec3& p) const;
 
   std::vector<Node> nodes_;  ///< from the leaves' parents up to the root
   std::vector<Leaf> leaves_;

@@ -142,7 +142,7 @@ double boundary_distance(const TetMesh& mesh, const TriangleTree& soup_tree, con
   parallel_for(static_cast<std::int64_t>(candidates.size()), 64, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
     for (auto n = begin; n < end; ++n)
-      squared[n] = soup_tree.nearest(mesh.positions[candidates[n]], 1e300).squared_distance;
+      squared[n] = soup_tree.nearest(mesh.positions[candidates[n]]).squared_distance;
   });
   return std::sqrt(*std::ranges::max_element(squared));
 }
