@@ -9,7 +9,10 @@ export function status_line({meshing, simulation, events}) {
     const {model, preview, took_ms} = meshing;
     line.textContent = `${preview ? 'Preview: ' : ''}${counted(model.tets, 'tets')} in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`;
   });
+  let told = null;
   simulation.addEventListener('state', () => {
+    if (simulation.state === told) return;
+    told = simulation.state;
     const words = {preparing: 'Compiling the scene…', playing: 'Playing', paused: 'Paused', finished: 'The simulation has finished', recording: 'Recording loaded'};
     if (words[simulation.state]) line.textContent = words[simulation.state];
   });

@@ -35,7 +35,7 @@ export const dragging = app => {
     drag = {...hit, plane, start: at.clone(), target: at};
     if (hit.vertex !== undefined) {
       viewport.mark(at.toArray(), 0.03 * viewport.radius());
-      if (simulation.state === 'paused') app.toggle_play();
+      if (simulation.state === 'paused') drag.started = app.toggle_play();
       sender.send('PUT', `/simulations/${simulation.id}/grabs/1`, {body: hit.body.id, vertex: hit.vertex, target: at.toArray()});
     } else {
       drag.pose = hit.view.pose;
@@ -69,6 +69,8 @@ export const dragging = app => {
       if (!hit) return app.say('There is no body to grab');
       begin(hit);
       drag.by_keys = true;
+      await drag.started;  // which says so in the same line
+      if (!drag) return;
       app.say(`Grabbed ${hit.body.name}: arrows and Page Up or Down pull, Escape lets go`);
     }),
     /// Whether the key moved what is grabbed.
