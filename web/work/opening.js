@@ -1,5 +1,6 @@
 import {default_state} from '../state/defaults.js';
 import {param_changes} from '../state/constraints.js';
+import {Problem} from '../wire/client.js';
 
 /// Opening meshes, samples, scenes and recordings.
 export const opening = app => {
@@ -80,9 +81,22 @@ async function replace_mesh(app, mesh, params, source) {
 
 /// A params file of the command line, or a scene.
 async function open_settings(app, file) {
-  const values = JSON.parse(await file.text());
+  const values = read_json(await file.text(), file.name);
   if (Array.isArray(values.bodies)) return app.open_scene_document(values);
   const known = Object.fromEntries(Object.entries(values).filter(([name]) => name in app.defaults));
+  if (!Object.keys(known).length) throw new Problem({code: 'cannot_read', title: 'No settings in this file',
+    detail: `${file.name} holds neither parameters nor the bodies of a scene.`, hint: 'Export saves the parameters and the scene in the form that is read here.'});
   app.apply_params(known, `settings of ${file.name}`);
   app.say(`Settings of ${file.name} taken`);
+}
+
+function read_json(text, name) {
+  try {
+    const value = JSON.parse(text);
+    if (value !== null && typeof value === 'object') return value;
+    throw new Error('it holds no object');
+  } catch (error) {
+    throw new Problem({code: 'cannot_read', title: 'This is no JSON file', detail: `${name} cannot be read: ${error.message}.`,
+      hint: 'Open a params file or a scene as Export saves them.'});
+  }
 }

@@ -3,7 +3,7 @@ import {difference} from '../state/scene_changes.js';
 import {same} from '../state/store.js';
 import {download} from '../ui/dom.js';
 
-const only_sim = {surface: false, voxels: false, tets: false, sim: true};
+export const only_sim = {surface: false, voxels: false, tets: false, sim: true};
 
 /// Making the simulation from the scene and the model, driving it, and taking changes of the scene while it runs.
 export const playing = app => {

@@ -1,3 +1,5 @@
+import {only_sim} from './playing.js';
+
 const free_name = (bodies, kind) => {
   for (let n = 1; ; ++n) if (!bodies.some(({name}) => name === `${kind} ${n}`)) return `${kind} ${n}`;
 };
@@ -45,7 +47,7 @@ export const scene_editing = app => {
     open_scene: sample => app.run(async () => app.open_scene_document(await app.client.get(sample.url))),
     /// A scene as a file has it: its first mesh of the samples becomes the model that the page shows.
     async open_scene_document(scene) {
-      store.set({scene}, `scene ${scene.name}`);
+      store.set({scene, 'view.layers': only_sim}, `scene ${scene.name}`);
       app.tell('scene');
       await app.ready_to_step();
     },
