@@ -25,7 +25,7 @@ std::array<double, 4> exact_sum(const std::array<double, 4>& w) {
 Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress& progress) {
   constexpr std::int64_t grain = 512;
   progress.report("embedding", 0.0);
-  const TetLocator locator(mesh);
+  const TetLocator locator(mesh, progress);
   const auto count = static_cast<std::int64_t>(soup.positions.size());
   Embedding embedding;
   embedding.tet.resize(count), embedding.weights.resize(count), embedding.distance.resize(count);

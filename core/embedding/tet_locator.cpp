@@ -30,13 +30,15 @@ std::vector<std::int32_t> tets_of_surface(const TetMesh& mesh) {
 
 }  // namespace
 
-TetLocator::TetLocator(const TetMesh& mesh)
-    : mesh_(mesh), boundary_(mesh.positions, mesh.surface), tet_of_triangle_(tets_of_surface(mesh)) {
-  fill_bins();
+TetLocator::TetLocator(const TetMesh& mesh, const Progress& progress)
+    : mesh_(mesh), boundary_(mesh.positions, mesh.surface) {
+  progress.throw_if_cancelled();
+  tet_of_triangle_ = tets_of_surface(mesh);
+  fill_bins(progress);
 }
 
 // Bins as wide as cells and half a cell off, so that an unsmoothed cell meets eight of them.
-void TetLocator::fill_bins() {
+void TetLocator::fill_bins(const Progress& progress) {
   Box box;
   for (const Vec3& x : mesh_.positions) box.extend(x);
   bins_.spacing = mesh_.grid.spacing;
@@ -56,9 +58,11 @@ void TetLocator::fill_bins() {
       for (int j = low.y(); j <= high.y(); ++j)
         for (int i = low.x(); i <= high.x(); ++i) visit(bins_.index(i, j, k));
   };
+  progress.throw_if_cancelled();
   first_.assign(bins_.count() + 1, 0);
   for (std::size_t c = 0; c < boxes_.size(); ++c) for_bins(c, [&](std::int64_t bin) { ++first_[bin + 1]; });
   for (std::int64_t b = 0; b < bins_.count(); ++b) first_[b + 1] += first_[b];
+  progress.throw_if_cancelled();
   cells_.resize(first_.back());
   std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
   for (std::size_t c = 0; c < boxes_.size(); ++c)

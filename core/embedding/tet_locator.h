@@ -2,6 +2,7 @@
 #include <array>
 #include <vector>
 
+#include "core/common/progress.h"
 #include "core/embedding/triangle_tree.h"
 #include "core/mesh_input/triangle_soup.h"
 #include "core/tetrahedra/tet_mesh.h"
@@ -11,7 +12,7 @@ namespace isochor {
 /// Finds the tet that holds a point, or else the nearest one. Keeps a reference to the mesh.
 class TetLocator {
  public:
-  explicit TetLocator(const TetMesh& mesh);
+  explicit TetLocator(const TetMesh& mesh, const Progress& progress = {});
 
   struct Location {
     std::int32_t tet = -1;
@@ -33,7 +34,7 @@ class TetLocator {
   double find_in_cell(std::int32_t cell, const Vec3& p, double least, Location& found) const;
   TriangleTree::Nearest nearest_triangle(const Vec3& p, Hint& hint) const;
   std::array<double, 4> barycentric(std::int32_t tet, const Vec3& p) const;
-  void fill_bins();
+  void fill_bins(const Progress& progress);
 
   const TetMesh& mesh_;
   TriangleTree boundary_;

@@ -56,6 +56,7 @@ void PipelineStages::measure(Model& model, Progress& progress) {
   if (quality_source_ != embedding_.serial) {
     const auto begin = Clock::now();
     if (!measured_soup_) measured_soup_.emplace(*soup_);
+    progress.throw_if_cancelled();
     quality_ = summarize_quality(model.mesh(), *measured_soup_, *model.embedding, *model.field, progress);
     quality_ms_ = ms_since(begin);
     quality_source_ = embedding_.serial;
@@ -70,6 +71,7 @@ std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progre
   model->soup = soup_;
   if (!input_) input_ = std::make_shared<const MeshReport>(inspect(*soup_));
   model->input = input_;
+  progress.throw_if_cancelled();
   update_field(options, progress);
   model->field = field_.result;
   model->pseudo_volume = update("pseudo_volume", field_.serial, pseudo_volume_, options.pseudo_volume, [&] {
@@ -81,6 +83,7 @@ std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progre
   if (model->lattice->kept_count > 0) {
     model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},
                                [&] { return make_tetrahedra(*lattice_.result); });
+    progress.throw_if_cancelled();
     model->smoothed = update("smoothing", unsmoothed_.serial, smoothed_, options.smoothing,
                              [&] { return smooth(*unsmoothed_.result, options.smoothing, progress); });
     model->embedding = update("embedding", smoothed_.serial, embedding_, Nothing{},

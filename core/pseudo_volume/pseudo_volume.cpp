@@ -48,10 +48,12 @@ std::int64_t add_sheets(const Votes& at_threshold, double radius, int rays, BitV
   return count;
 }
 
-void unpack(const Votes& votes, const BitVolume& inside, PseudoVolume& volume) {
+void unpack(const Votes& votes, const BitVolume& inside, PseudoVolume& volume, const Progress& progress) {
   volume.votes.resize(volume.grid.count());
+  progress.throw_if_cancelled();
   volume.inside.resize(volume.grid.count());
   parallel_for(inside.rows(), 64, [&](std::int64_t begin, std::int64_t end) {
+    progress.throw_if_cancelled();
     for (auto r = begin; r < end; ++r) {
       const int j = static_cast<int>(r % inside.size.y()), k = static_cast<int>(r / inside.size.y());
       const std::int64_t first = volume.grid.index(0, j, k);
@@ -70,8 +72,10 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   volume.grid = field.grid;
   volume.rays = options.rays;
   volume.thresholds = resolve_thresholds(field, options);
+  progress.throw_if_cancelled();
   progress.report("pseudo_volume", 0.0);
   const VoxelMasks masks = make_voxel_masks(field, volume.thresholds.d_in, volume.thresholds.d_subs);
+  progress.throw_if_cancelled();
 
   Votes threshold_votes, maximum_votes;
   Sweep sweep{field, masks};
@@ -91,12 +95,13 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   sweep_along_rows(sweep, progress);
 
   Votes& votes = sweep.at_maximum ? maximum_votes : threshold_votes;
+  progress.throw_if_cancelled();
   BitVolume inside = majority(votes, masks.near, options.rays);
   if (options.crossing == Crossing::automatic)
     volume.sheet_count =
         add_sheets(threshold_votes, volume.thresholds.p_in_voxels + 1.0, options.rays, inside, votes);
   progress.throw_if_cancelled();
-  unpack(votes, inside, volume);
+  unpack(votes, inside, volume, progress);
   return volume;
 }
 

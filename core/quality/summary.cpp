@@ -41,10 +41,11 @@ struct Coverage {
 /// knows, others by samples a spacing apart.
 class CoverageMeter {
  public:
-  CoverageMeter(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding)
+  CoverageMeter(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
+                const Progress& progress)
       : input_(input), embedding_(embedding), reach_(mesh.grid.spacing) {
     spacing_ = std::max(0.5 * reach_, std::sqrt(input.total_area) / 150.0);  // some 50,000 samples at most
-    if (input.longest > spacing_) locator_.emplace(mesh);
+    if (input.longest > spacing_) locator_.emplace(mesh, progress);
   }
 
   Coverage measure(std::int64_t triangle, TetLocator::Hint& hint) const {
@@ -76,7 +77,7 @@ class CoverageMeter {
 Coverage measure_coverage(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
                           const Progress& progress) {
   constexpr std::int64_t grain = 1024;
-  const CoverageMeter meter(mesh, input, embedding);
+  const CoverageMeter meter(mesh, input, embedding, progress);
   const auto add = [](Coverage& sum, const Coverage& part) {
     sum.area += part.area, sum.covered += part.covered;
     sum.farthest = std::max(sum.farthest, part.farthest);
@@ -167,6 +168,7 @@ QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input,
                                  const DistanceField& field, Progress& progress) {
   QualitySummary summary;
   summary.volume = total_volume(mesh);
+  progress.throw_if_cancelled();
   const WorstTets worst = worst_tets(mesh.positions, mesh.tets);
   summary.min_dihedral_deg = worst.min_dihedral_deg;
   summary.min_scaled_jacobian = worst.min_scaled_jacobian;

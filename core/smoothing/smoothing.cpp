@@ -46,7 +46,9 @@ Smoothed smooth(const TetMesh& mesh, const SmoothingOptions& options, Progress& 
   if (options.iterations == 0 || options.mu == 0.0) return result;
 
   const BoundaryGraph graph = make_boundary_graph(mesh, options.edges);
+  progress.throw_if_cancelled();
   const VertexComponents components = vertex_components(mesh);
+  progress.throw_if_cancelled();
   const std::vector<double> volumes = component_volumes(mesh, components);
   MoveLimiter limiter(mesh, graph, options.min_dihedral_deg);
   std::vector<Vec3> x(graph.vertices.size()), first(x.size()), second(x.size());
