@@ -315,6 +315,17 @@ std::span<const DueWrench> ParticleContacts::bounce(SoftBody& body, double h) {
   return carriers_.bounce(body, gains_);
 }
 
+double ParticleContacts::work(const SoftBody& body) const {
+  double sum = 0.0;
+  for (const Contact& contact : particles_) {
+    if (contact.planes == 0) continue;
+    const std::int32_t i = contact.particle;
+    const Vec3 reaction = body.masses[i] * (body.positions.at(i) - predicted_.at(i)) - contact.push;
+    sum += reaction.dot(mean_shift(contact));
+  }
+  return sum / (h_ * h_);
+}
+
 std::int64_t ParticleContacts::bytes() const {
   return static_cast<std::int64_t>(3 * predicted_.size() * sizeof(double) +
                                    particles_.capacity() * sizeof(Contact) +

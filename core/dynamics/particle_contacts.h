@@ -60,6 +60,10 @@ class ParticleContacts {
   /// of begin() are due for it, kg m/s.
   std::span<const DueWrench> bounce(SoftBody& body, double h);
 
+  /// What moving surfaces have done on the particles in this substep: the reactions by the shifts of the
+  /// surfaces, J.
+  double work(const SoftBody& body) const;
+
   std::int64_t bytes() const;
 
  private:

@@ -26,6 +26,23 @@ ISOCHOR_MULTIVERSION void difference_quotient(const double* x, const double* sta
   for (std::size_t i = 0; i < size; ++i) v[i] = (x[i] - start[i]) / h;
 }
 
+double kinetic_energy(const SoftBody& body, const Coordinates& v) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < body.size(); ++i) sum += 0.5 * body.masses[i] * v.at(i).squaredNorm();
+  return sum;
+}
+
+double gravity_energy(const SoftBody& body, const Coordinates& x, const Vec3& gravity) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < body.size(); ++i) sum -= body.masses[i] * gravity.dot(x.at(i));
+  return sum;
+}
+
+double total_energy(const SoftBody& body, const Coordinates& x, const Coordinates& v, const Vec3& gravity) {
+  return kinetic_energy(body, v) + spring_energy(body.springs, body.material, x) +
+         gravity_energy(body, x, gravity);
+}
+
 }  // namespace
 
 Momentum momentum(const SoftBody& body) {
@@ -39,21 +56,19 @@ Momentum momentum(const SoftBody& body) {
 }
 
 double kinetic_energy(const SoftBody& body) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < body.size(); ++i)
-    sum += 0.5 * body.masses[i] * body.velocities.at(i).squaredNorm();
-  return sum;
+  return kinetic_energy(body, body.velocities);
 }
 
 double gravity_energy(const SoftBody& body, const Vec3& gravity) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < body.size(); ++i) sum -= body.masses[i] * gravity.dot(body.positions.at(i));
-  return sum;
+  return gravity_energy(body, body.positions, gravity);
 }
 
 double total_energy(const SoftBody& body, const Vec3& gravity) {
-  return kinetic_energy(body) + spring_energy(body.springs, body.material, body.positions) +
-         gravity_energy(body, gravity);
+  return total_energy(body, body.positions, body.velocities, gravity);
+}
+
+double start_energy(const SoftBody& body, const Vec3& gravity) {
+  return total_energy(body, body.start_positions, body.start_velocities, gravity);
 }
 
 CellVolumeErrors volume_errors(const SoftBody& body) {

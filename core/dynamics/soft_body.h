@@ -39,6 +39,7 @@ Momentum momentum(const SoftBody& body);
 double kinetic_energy(const SoftBody& body);
 /// Of motion, springs and gravity.
 double total_energy(const SoftBody& body, const Vec3& gravity);
+double start_energy(const SoftBody& body, const Vec3& gravity);    ///< that of the substep's start
 double gravity_energy(const SoftBody& body, const Vec3& gravity);  ///< −Σ m g·x
 
 /// Errors of the volumes that the body has now, cell by cell.

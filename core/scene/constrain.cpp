@@ -107,6 +107,7 @@ void hand_out(const Substep& step, SceneSoftBody& soft) {
 
 void constrain(const Substep& step, SceneSoftBody& soft) {
   const bool began_inverted = soft.inverted;
+  soft.recovered = false;
   if (soft.contacts)
     step.world.phases.run(Phase::contacts,
                           [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
@@ -118,7 +119,7 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
   };
   ProjectionResult result = meet(true);
   find_inverted(step, soft);
-  if (soft.inverted && !began_inverted) ++step.stats.recoveries;
+  if (soft.inverted && !began_inverted) ++step.stats.recoveries, soft.recovered = true;
   for (int round = 0; round < max_lift_rounds && soft.inverted && !began_inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       soft.tets->lift(soft.body, make_request(step.world, soft), soft.body.positions);
@@ -134,6 +135,7 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft) {
   ProjectionRequest request = make_request(step.world, soft);
   request.start = nullptr;
   ++step.stats.recoveries;
+  soft.recovered = true;
   soft.forces_valid = false;
   for (int round = 0; round < max_recovery_rounds && soft.inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {

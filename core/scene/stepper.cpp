@@ -138,6 +138,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   if (soft.inverted) recover_inverted(step, soft);
   evaluate_forces(world_, soft, step.h);
   kick(world_, soft, 0.5 * step.h);
+  if (soft.recovered) hold_energy(world_, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;
   if (!is_in_free_flight(soft))  // moving bodies may have put energy in

@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "core/scene/world.h"
 
 namespace isochor {
@@ -31,5 +33,12 @@ void hand_out(const Substep& step, SceneSoftBody& soft);
 /// For a start that is inverted already: up to 30 rounds of inequality and projection that leave the
 /// velocities alone.
 void recover_inverted(const Substep& step, SceneSoftBody& soft);
+
+/// What the body may have at the end of the substep: the energy of its start, and the work of what moves it
+/// by contact. Nothing where pins, attachments or the mouse move it, whose work is not known.
+std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft);
+/// Recovery must not add energy: slows down the body's deformation until it has what it is allowed; in
+/// contact, where momentum is not its own, all of its motion.
+void hold_energy(const World& world, SceneSoftBody& soft);
 
 }  // namespace isochor

@@ -31,6 +31,7 @@ struct SceneSoftBody {
   double filtered_for = 0.0;   ///< the substep that body.forces are filtered for, s
   bool finished = false;       ///< with this substep already
   bool forces_valid = false;   ///< body.forces are those of the present positions
+  bool recovered = false;      ///< moved by the inequality of its tets in this substep
   bool inverted = false;       ///< some tet was, at the end of the last substep
 };
 

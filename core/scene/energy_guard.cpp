@@ -1,0 +1,52 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/dynamics/rigid_part.h"
+#include "core/scene/substep.h"
+
+namespace isochor {
+namespace {
+
+/// v becomes v_rigid + s·(v − v_rigid), s so that the energy falls by the excess, or as far as that goes.
+/// Returns by how much.
+double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
+  const auto rigid = [&](std::size_t i) {
+    return Vec3(motion.velocity + motion.angular_velocity.cross(body.positions.at(i) - motion.center));
+  };
+  double energy = 0.0;
+  for (std::size_t i = 0; i < body.size(); ++i)
+    energy += 0.5 * body.masses[i] * (body.velocities.at(i) - rigid(i)).squaredNorm();
+  if (energy <= 0.0) return 0.0;
+  const double taken = std::min(excess, energy), scale = std::sqrt(1.0 - taken / energy);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (body.inverse_masses[i] > 0.0)
+      body.velocities.set(i, rigid(i) + scale * (body.velocities.at(i) - rigid(i)));
+  return taken;
+}
+
+bool is_driven(const World& world, const SceneSoftBody& soft) {
+  const auto moves = [](const PinnedParticle& pin) { return pin.rigid >= 0; };
+  return !soft.attachments.empty() || std::ranges::any_of(soft.pins, moves) ||
+         (world.grab && world.grab->body == soft.id);
+}
+
+}  // namespace
+
+std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft) {
+  if (is_driven(world, soft)) return std::nullopt;
+  const double work = soft.contacts ? soft.contacts->work(soft.body) : 0.0;
+  return start_energy(soft.body, world.scene.gravity) + std::max(work, 0.0);
+}
+
+void hold_energy(const World& world, SceneSoftBody& soft) {
+  const auto allowed = allowed_energy(world, soft);
+  if (!allowed) return;
+  SoftBody& body = soft.body;
+  double excess = total_energy(body, world.scene.gravity) - *allowed;
+  if (!(excess > 0.0)) return;
+  const bool free = !body.has_pins && (!soft.contacts || soft.contacts->empty());
+  if (!body.has_pins) excess -= damp_about(rigid_part(body, body.positions, body.velocities), excess, body);
+  if (!free && excess > 0.0) damp_about(RigidPart{}, excess, body);
+}
+
+}  // namespace isochor
