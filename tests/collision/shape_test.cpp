@@ -15,6 +15,9 @@ struct Case {
   std::unique_ptr<CollisionShape> (*make)();
   double reach;  ///< samples are drawn from [−reach, reach]³
 };
+void PrintTo(const Case& shape, std::ostream* out) {
+  *out << shape.name;
+}
 
 const Case cases[] = {
     {"plane",
@@ -157,7 +160,7 @@ TEST_P(Shape, BoundsHoldTheSurface) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Shape, testing::ValuesIn(cases), [](const auto& c) { return c.param.name; });
+INSTANTIATE_TEST_SUITE_P(All, Shape, testing::ValuesIn(cases));
 
 TEST(ShapeByHand, DistancesAndNormalsInTheSmallestCases) {
   const auto box = make_box({1.0, 2.0, 3.0});

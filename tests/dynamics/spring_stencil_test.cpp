@@ -9,6 +9,12 @@
 #include "core/parallel/parallel.h"
 
 namespace isochor {
+
+// In the namespace of the type, where GoogleTest looks for it.
+static void PrintTo(const SpringMaterial& material, std::ostream* out) {
+  *out << "edge " << material.edge << ", diagonal " << material.diagonal << ", damping " << material.damping;
+}
+
 namespace {
 
 /// A lattice with holes, so that runs are cut.

@@ -20,6 +20,9 @@ struct Malformed {
   ErrorCode code;
   const char* message;
 };
+void PrintTo(const Malformed& mesh, std::ostream* out) {
+  *out << mesh.name;
+}
 
 std::string obj(const std::string& face) {
   return "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + face + "\n";
@@ -44,10 +47,6 @@ std::string stl(std::uint32_t claimed, int triangles, float coordinate) {
     bytes.append(2, '\0');
   }
   return bytes;
-}
-
-std::string name_of(const testing::TestParamInfo<Malformed>& test) {
-  return test.param.name;
 }
 
 class MalformedMesh : public testing::TestWithParam<Malformed> {};
@@ -85,8 +84,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Malformed{"1e308", o, "v 1e308 0 0\n", unreadable, "line 1: the coordinate 1e308"},
                     Malformed{"1e999", o, "v 1e999 0 0\n", unreadable, "line 1: a coordinate is not finite"},
                     Malformed{"cut_vertex", o, "v 0 0\n", unreadable, "line 1: a coordinate is missing"},
-                    Malformed{"word", o, "v 0 zero 0\n", unreadable, "line 1: \"zero\" is not a number"}),
-    name_of);
+                    Malformed{"word", o, "v 0 zero 0\n", unreadable, "line 1: \"zero\" is not a number"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Off, MalformedMesh,
@@ -100,8 +98,7 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"index_minus", f, off("3 1 0", "3 0 1 -1"), unreadable, "line 6: the vertex index -1"},
         Malformed{"list_lies", f, off("3 1 0", "1000000000 0 1 2"), unreadable, "line 6"},
         Malformed{"binary", f, "OFF BINARY\n", unreadable, "binary OFF"},
-        Malformed{"homogeneous", f, "4OFF\n1 1 1\n", unreadable, "three-dimensional"}),
-    name_of);
+        Malformed{"homogeneous", f, "4OFF\n1 1 1\n", unreadable, "three-dimensional"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Ply, MalformedMesh,
@@ -120,8 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"list_lies", p, ply("3", "0 0 0\n1 0 0\n0 1 0\n250 0 1 2"), unreadable,
                   "line 13: a list claims"},
         Malformed{"no_xyz", p, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n",
-                  unreadable, "no x, y and z"}),
-    name_of);
+                  unreadable, "no x, y and z"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Stl, MalformedMesh,
@@ -137,8 +133,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Malformed{"ascii_cut", s, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
                               unreadable, "line 4"},
                     Malformed{"ascii_open", s, "solid a\n", unreadable, "ends inside a solid"},
-                    Malformed{"ascii_word", s, "solid a\nfacets\n", unreadable, "line 2: expected facet"}),
-    name_of);
+                    Malformed{"ascii_word", s, "solid a\nfacets\n", unreadable, "line 2: expected facet"}));
 
 TEST(MissingFile, IsNamed) {
   Progress progress;

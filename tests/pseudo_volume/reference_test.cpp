@@ -30,6 +30,11 @@ struct Case {
   int rays;
   double p_in, p_subs;
 };
+void PrintTo(const Case& c, std::ostream* out) {
+  const char* rules[] = {"automatic", "at_maximum", "at_threshold"};
+  *out << rules[static_cast<int>(c.crossing)] << ", " << c.rays << " rays, p_in " << c.p_in << ", p_subs "
+       << c.p_subs;
+}
 
 class SweepAgainstReference : public testing::TestWithParam<Case> {};
 

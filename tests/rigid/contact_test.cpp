@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/rigid/worlds.h"
+#include "tests/support/print_shape_type.h"
 
 namespace isochor {
 namespace {

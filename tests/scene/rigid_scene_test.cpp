@@ -232,6 +232,9 @@ TEST(RigidScene, AMixedStackHoldsUnderExtremeMasses) {
 struct TwoWay {
   double mass, friction, restitution;
 };
+void PrintTo(const TwoWay& law, std::ostream* out) {
+  *out << law.mass << " kg, friction " << law.friction << ", restitution " << law.restitution;
+}
 
 /// A ball with a mass flies into a free cube, off its centre: together they keep their momentum.
 class Collision : public testing::TestWithParam<TwoWay> {};
