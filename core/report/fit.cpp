@@ -15,7 +15,16 @@ Spread spread_of(std::vector<double> values) {
   return {median, values.front(), values.back()};
 }
 
-std::optional<double> fitted_order(std::span<const double> x, std::span<const double> y) {
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(std::clamp<std::size_t>(rank, 1, values.size()) - 1);
+  std::ranges::nth_element(values, place);
+  return *place;
+}
+
+std::optional<Fit> fit_order(std::span<const double> x, std::span<const double> y) {
   double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (!(x[i] > 0.0) || !(y[i] > 0.0) || !std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
@@ -24,7 +33,7 @@ std::optional<double> fitted_order(std::span<const double> x, std::span<const do
   }
   const double determinant = n * sxx - sx * sx;
   if (n < 2.0 || !(determinant > 1e-12 * n * sxx)) return std::nullopt;
-  return (n * sxy - sx * sy) / determinant;
+  return Fit{(n * sxy - sx * sy) / determinant, static_cast<int>(n)};
 }
 
 std::vector<std::size_t> pareto_front(std::span<const double> cost, std::span<const double> error) {

@@ -11,8 +11,16 @@ struct Spread {
 };
 Spread spread_of(std::vector<double> values);
 
-/// Order p of y ≈ C·x^p by least squares on logarithms; nullopt under two distinct positive points.
-std::optional<double> fitted_order(std::span<const double> x, std::span<const double> y);
+/// The smallest value that a share of them does not exceed; 0 when there is none.
+double quantile(std::vector<double> values, double share);
+
+/// y ≈ C·x^order by least squares on logarithms.
+struct Fit {
+  double order = 0.0;
+  int points = 0;  ///< that have a logarithm, and so took part
+};
+/// nullopt under two distinct positive points.
+std::optional<Fit> fit_order(std::span<const double> x, std::span<const double> y);
 
 /// Indices of the points that no other beats in both cost and error, by rising cost. Points that are not
 /// finite take no part.

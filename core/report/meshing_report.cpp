@@ -41,6 +41,14 @@ MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const Mesh
 
 }  // namespace
 
+MeshingAxes usual_meshing_axes(const MeshingOptions& base) {
+  MeshingAxes axes{{64, 128}, {12, 24, 32}, {0, 2}, {}};
+  const double p_in = base.pseudo_volume.p_in_voxels;
+  if (!base.pseudo_volume.p_in && !base.pseudo_volume.p_subs)
+    axes.p_in_voxels = {p_in, std::min(2.0 * p_in, 16.0)};
+  return axes;
+}
+
 std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
   const MeshingOptions& base = report.base;
   const double subs_over_in = base.pseudo_volume.p_subs_voxels / base.pseudo_volume.p_in_voxels;
@@ -91,9 +99,9 @@ const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms) {
   return best;
 }
 
-// The number of tets grows with the resolution but not monotonically (a finer lattice may lose a thin part),
-// so the candidates around the crossing are all looked at. A new resolution costs the lattice and what
-// follows only.
+// The number of tets grows with the resolution but not monotonically (a finer lattice may lose a thin part,
+// or fit a flat side by a layer less), so that the first crossing is only where the search begins: it goes on
+// both ways until the numbers are out of question. A new resolution costs the lattice and what follows only.
 MeshingOptions fit_tet_budget(AuthoringPipeline& pipeline, const MeshingOptions& base, std::int64_t tets,
                               Progress& progress) {
   MeshingOptions options = base, best = base;
@@ -112,12 +120,15 @@ MeshingOptions fit_tet_budget(AuthoringPipeline& pipeline, const MeshingOptions&
     if (best_distance < 0 || distance < best_distance) best = options, best_distance = distance;
     return found;
   };
-  int low = 2, high = largest;
+  int low = 1, high = largest / 2;  // half the cells: odd numbers of them round up
   while (high - low > 1) {
     const int middle = (low + high) / 2;
-    (count(middle) < tets ? low : high) = middle;
+    (count(2 * middle) < tets ? low : high) = middle;
   }
-  for (int cells = std::max(2, low - 2); cells <= std::min(largest, high + 2); ++cells) count(cells);
+  for (int half = low; half >= 1 && 2 * count(2 * half) > tets; --half) {
+  }
+  for (int half = high; 2 * half <= largest && count(2 * half) < 2 * tets; ++half) {
+  }
   if (best_distance < 0)
     throw Error(ErrorCode::empty_result, "no lattice resolution gives a model",
                 "raise p_in_voxels or lower the density threshold");

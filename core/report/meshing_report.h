@@ -16,8 +16,8 @@ struct MeshingAxes {
   std::vector<double> p_in_voxels;
 };
 
-/// What is compared when nobody says otherwise.
-inline const MeshingAxes usual_meshing_axes{{64, 128}, {12, 24, 48}, {0, 2}, {1.0}};
+/// What is compared when nobody says otherwise: P_in as in `base`, and at twice its distance.
+MeshingAxes usual_meshing_axes(const MeshingOptions& base);
 
 struct MeshingPoint {
   MeshingOptions options;
@@ -50,8 +50,8 @@ MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
 /// The point whose boundary comes closest to the input, of those made within the budget.
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms);
 
-/// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base. Throws
-/// empty_result when no resolution gives a model.
+/// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base, found
+/// among all that give between half and twice as many. Throws empty_result when no resolution gives a model.
 MeshingOptions fit_tet_budget(AuthoringPipeline& pipeline, const MeshingOptions& base, std::int64_t tets,
                               Progress& progress);
 

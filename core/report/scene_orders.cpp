@@ -70,9 +70,8 @@ std::vector<FittedOrder> fitted_orders(const SceneReport& report) {
         std::vector<double> y;
         y.reserve(series.size());
         for (const ScenePoint* point : series) y.push_back(point->errors.*field.value);
-        if (const auto order = fitted_order(x, y))
-          orders.push_back({field.name, axis.name, report.points[first].settings, *order,
-                            static_cast<int>(series.size())});
+        if (const auto fit = fit_order(x, y))
+          orders.push_back({field.name, axis.name, report.points[first].settings, fit->order, fit->points});
       }
     }
   }

@@ -78,6 +78,7 @@ struct ScenePoint {
   std::string reason;  ///< one sentence when not converged
   SceneErrors errors;
   Spread ms_per_step;    ///< a frame's worth of simulation: median over the frames, spread over the repeats
+  double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, median of the repeats
   double seconds = 0.0;  ///< simulating the whole run, median of the repeats
   int substeps = 0;      ///< largest of a frame
   std::int64_t cells = 0, recoveries = 0, fallbacks = 0;
@@ -127,7 +128,8 @@ struct FittedOrder {
 };
 std::vector<FittedOrder> fitted_orders(const SceneReport& report);
 
-/// The point with the smallest trajectory error (then cell error) that converged within the budget.
+/// The point with the smallest trajectory error (then cell error) that converged and simulates 95 % of its
+/// frames within the budget.
 const ScenePoint* fit_budget(const SceneReport& report, double budget_ms);
 
 }  // namespace isochor

@@ -102,10 +102,10 @@ struct Judge {
     if (!finite) return "not finite";
     if (mass_center(topology, last).center.y() < test.stops_at) return "passed through";
     if (test.feasible) {
-      if (result.max_cell_volume_error > result.tolerance) return "a cell missed the tolerance";
+      if (result.max_cell_volume_error > result.tolerance) return "a cell is off";
       if (result.inverted > 0) return "inverted tets remain";
     } else if (!said_infeasible) {
-      return "the infeasible state was not named";
+      return "infeasible, not named";
     }
     if (result.energy_ratio > 1.0 + energy_margin) return "energy was gained";
     if (result.momentum_drift > momentum_margin && result.recoveries + result.fallbacks == 0)
@@ -121,7 +121,7 @@ struct Judge {
     if (!result.passed)
       result.outcome = fault;
     else if (!test.feasible)
-      result.outcome = "finite; the cells that cannot keep their volume are named";
+      result.outcome = "infeasible, and named";
     else
       result.outcome = result.recoveries > 0 ? "recovered; volume kept" : "volume kept";
     return result;

@@ -81,7 +81,7 @@ void add_stiffness_map(std::vector<StabilityCase>& cases, StabilityExtent extent
         const char* springs[] = {"edges", "diagonals", "both"};
         StabilityCase test = make_case("stiffness",
                                        std::string(springs[which]) + " k = " + power(k) +
-                                           " N/m, h = " + (h == 1.0 / 60.0 ? "1/60" : power(h)) + " s",
+                                           ", h = " + (h == 1.0 / 60.0 ? "1/60" : power(h)),
                                        std::move(scene));
         test.stiffness = k, test.h = h;
         cases.push_back(std::move(test));

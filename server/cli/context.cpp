@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 
@@ -74,21 +75,35 @@ CommandProgress::~CommandProgress() {
 void CommandProgress::show(std::string_view phase, double fraction) {
   if (quiet_) return;
   if (terminal_) return draw(phase, fraction);
-  if (phase != phase_) print_line(std::string(phase));
+  const std::string left = time_left(fraction);
+  if (phase != phase_) print_line(std::string(phase) + left);
   phase_ = phase;
+}
+
+std::string CommandProgress::time_left(double fraction) {
+  const Clock::time_point now = Clock::now();
+  if (fraction < last_fraction_) start_ = now, start_fraction_ = fraction;
+  last_fraction_ = fraction;
+  const double elapsed = std::chrono::duration<double>(now - start_).count(),
+               done = fraction - start_fraction_;
+  if (elapsed < 1.0 || done < 0.01) return {};
+  const auto seconds = static_cast<int>(std::ceil(elapsed * (1.0 - fraction) / done));
+  return seconds < 90 ? fmt::format(", {} s left", seconds)
+                      : fmt::format(", {} min left", (seconds + 59) / 60);
 }
 
 void CommandProgress::draw(std::string_view phase, double fraction) {
   constexpr int width = 40;
   const int percent = static_cast<int>(100.0 * fraction);
+  const std::string left = time_left(fraction);
   if (phase == phase_ && percent == drawn_percent_) return;
   phase_ = phase;
   drawn_percent_ = percent;
   const int filled = std::clamp(static_cast<int>(width * fraction), 0, width);
-  std::fputs(
-      fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3d} % {}", "", filled, "", width - filled, percent, phase)
-          .c_str(),
-      stderr);
+  std::fputs(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3d} % {}{}", "", filled, "", width - filled, percent,
+                         phase, left)
+                 .c_str(),
+             stderr);
   std::fflush(stderr);
 }
 

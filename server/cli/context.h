@@ -1,5 +1,6 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -28,7 +29,8 @@ struct CliContext {
 CLI::App* add_command(CLI::App& app, CliContext& context, const std::string& name,
                       const std::string& description);
 
-/// Long work of a command: a bar on a terminal, else a line a phase; Ctrl-C and SIGTERM cancel it.
+/// Long work of a command: a bar with an estimate of the time left on a terminal, else a line a phase; Ctrl-C
+/// and SIGTERM cancel it.
 class CommandProgress {
  public:
   explicit CommandProgress(const CliContext& context);
@@ -41,9 +43,15 @@ class CommandProgress {
   void show(std::string_view phase, double fraction);
   void draw(std::string_view phase, double fraction);
 
+  /// Of what the fraction counts, as long as it rises; empty while it is too early to tell.
+  std::string time_left(double fraction);
+
+  using Clock = std::chrono::steady_clock;
   bool quiet_, terminal_;
   std::string phase_;
   int drawn_percent_ = -1;
+  Clock::time_point start_ = Clock::now();
+  double start_fraction_ = 0.0, last_fraction_ = 0.0;
   Progress progress_;
 };
 

@@ -8,12 +8,13 @@
 #include "server/cli/input.h"
 #include "server/cli/recording.h"
 #include "server/cli/run_summary.h"
+#include "server/messages/report_messages.h"
 
 namespace isochor {
 namespace {
 
 struct SimulateCommand {
-  std::string scene, encoding = "f32";
+  std::string scene, params, encoding = "f32";
   RecordingOptions recording;
   double duration = 0.0;  ///< seconds; 0: the scene's own
   bool plan = false;
@@ -23,7 +24,7 @@ Scene read_input_scene(const SimulateCommand& command) {
   Scene scene = command.scene == "-" ? read_scene(read_bytes("-"), std::filesystem::current_path())
                                      : read_scene_file(command.scene);
   if (command.duration > 0.0) scene.duration = command.duration;
-  return scene;
+  return command.params.empty() ? scene : apply_params(scene, read_bytes(command.params));
 }
 
 void check(const CliContext& context, SimulateCommand& command, const Scene& scene) {
@@ -123,6 +124,8 @@ void add_simulate_command(CLI::App& app, CliContext& context) {
       ->capture_default_str();
   command->add_option("--duration", options->duration, "Seconds to simulate instead of the scene's own")
       ->check(CLI::PositiveNumber);
+  command->add_option("--params", options->params,
+                      "JSON file with solver settings, as the budget.json of a report");
   command->add_option("--body", options->recording.body,
                       "Body of an animation; the first deformable one by default");
   command->add_flag("--plan", options->plan,

@@ -24,11 +24,19 @@ std::string ratio(double value) {
 }
 
 void run_suite(CliContext& context, const StabilityCommand& command) {
-  context.note(fmt::format("{:<4} {:<52} {:>10} {:>8} {:>8}  {}", "", "case", "cell error", "energy",
-                           "inverted", "outcome"));
+  // 80 columns hold the longest name and the longest outcome.
+  constexpr const char* columns = "{:<4} {:<33} {:>5} {:>6} {:>5}  {}";
+  context.note(
+      "k in N/m, h in s; largest relative volume error of a cell, largest energy over the start's, inverted "
+      "tets");
+  std::string group;
   const auto print = [&](const StabilityResult& r) {
-    context.note(fmt::format("{:<4} {:<52} {:>10.1e} {:>8} {:>8}  {}", r.passed ? "ok" : "FAIL",
-                             r.group + ": " + r.name, r.max_cell_volume_error, ratio(r.energy_ratio),
+    if (r.group != group) context.note(fmt::format(columns, "", "", "cell", "energy", "tets", ""));
+    if (r.group != group)
+      context.note(fmt::format(columns, "", r.group, "error", "ratio", "inv.", "outcome"));
+    group = r.group;
+    context.note(fmt::format(columns, r.passed ? "ok" : "FAIL", r.name,
+                             fmt::format("{:.0e}", r.max_cell_volume_error), ratio(r.energy_ratio),
                              r.inverted, r.outcome));
   };
   StabilityReport report;

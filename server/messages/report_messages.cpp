@@ -6,9 +6,12 @@
 #include <cmath>
 #include <utility>
 
+#include "core/scene/read_scene.h"
 #include "server/build_info.h"
 #include "server/messages/json.h"
 #include "server/messages/model_messages.h"
+#include "server/messages/object_reader.h"
+#include "server/messages/request_messages.h"
 
 namespace isochor {
 namespace {
@@ -70,6 +73,10 @@ Json to_json(const Spread& spread) {
   return {{"median", number(spread.median)}, {"min", number(spread.min)}, {"max", number(spread.max)}};
 }
 
+Spread spread_from(const Json& json) {
+  return {number_from(json.at("median")), number_from(json.at("min")), number_from(json.at("max"))};
+}
+
 Json to_json(const SceneSettings& settings) {
   return {{"solver", solver_name(settings.solver)},
           {"springs", springs_name(settings.springs)},
@@ -101,6 +108,7 @@ Json to_json(const ScenePoint& point) {
           {"reason", point.reason},
           {"errors", std::move(errors)},
           {"ms_per_step", to_json(point.ms_per_step)},
+          {"ms_p95", number(point.ms_p95)},
           {"seconds", number(point.seconds)},
           {"substeps", point.substeps},
           {"cells", point.cells},
@@ -108,7 +116,7 @@ Json to_json(const ScenePoint& point) {
           {"fallbacks", point.fallbacks}};
 }
 
-ScenePoint point_from(const Json& json) {
+ScenePoint scene_point_from(const Json& json) {
   ScenePoint point;
   const Json& settings = json.at("settings");
   point.settings = {value_of(solver_names, settings.at("solver")),
@@ -118,12 +126,50 @@ ScenePoint point_from(const Json& json) {
   point.reason = json.at("reason");
   for (const SceneErrorField& field : scene_error_fields())
     point.errors.*field.value = number_from(json.at("errors").at(std::string(field.name)));
-  const Json& ms = json.at("ms_per_step");
-  point.ms_per_step = {number_from(ms.at("median")), number_from(ms.at("min")), number_from(ms.at("max"))};
+  point.ms_per_step = spread_from(json.at("ms_per_step"));
+  point.ms_p95 = number_from(json.at("ms_p95"));
   point.seconds = number_from(json.at("seconds"));
   point.substeps = json.at("substeps"), point.cells = json.at("cells");
   point.recoveries = json.at("recoveries"), point.fallbacks = json.at("fallbacks");
   return point;
+}
+
+MeshingPoint meshing_point_from(const Json& json) {
+  MeshingPoint point;
+  point.options = read_meshing_options(to_text(json.at("settings")));
+  point.problem = json.at("reason");
+  QualitySummary& q = point.quality;
+  q.boundary_to_input = number_from(json.at("errors").at("boundary_to_input"));
+  q.input_to_boundary = number_from(json.at("errors").at("input_to_boundary"));
+  q.volume = number_from(json.at("volume")), q.coverage = number_from(json.at("coverage"));
+  q.min_dihedral_deg = number_from(json.at("min_dihedral_deg"));
+  q.min_scaled_jacobian = number_from(json.at("min_scaled_jacobian"));
+  q.inverted = json.at("inverted");
+  if (json.at("volume_error").is_number()) point.volume_error = json.at("volume_error");
+  point.tets = json.at("tets"), point.cells = json.at("cells");
+  point.ms = spread_from(json.at("ms_per_step"));
+  return point;
+}
+
+template <class Point>
+std::vector<Point> decode_points(std::string_view json, Point (*decode)(const Json&)) {
+  try {
+    std::vector<Point> points;
+    const Json report = Json::parse(json);
+    for (const Json& point : report.at("points")) points.push_back(decode(point));
+    return points;
+  } catch (const std::exception& fault) {
+    throw Error(ErrorCode::cannot_read,
+                std::string("the report to resume is not one of ours: ") + fault.what(),
+                "run it afresh into another folder");
+  }
+}
+
+template <class T, std::size_t N>
+void read_name(ObjectReader& reader, const std::string& field, const Names<T, N>& names, T& target) {
+  std::vector<std::string_view> choices;
+  for (const auto& [value, name] : names) choices.push_back(name);
+  if (const auto index = reader.choice(field, choices)) target = names[*index].first;
 }
 
 /// {error: [indices of points]}, from encoded points. Those that blew up or failed have no place on a front.
@@ -213,30 +259,26 @@ std::string encode_scene_report(const SceneReport& report, std::optional<double>
 std::string encode_scene_csv(const SceneReport& report) {
   std::string csv = "solver,springs,substeps,tolerance,resolution,outcome";
   for (const SceneErrorField& field : scene_error_fields()) csv += fmt::format(",{}", field.name);
-  csv += ",ms_per_step,ms_min,ms_max,seconds,cells,recoveries,fallbacks,reason\n";
+  csv += ",ms_per_step,ms_min,ms_max,ms_p95,seconds,cells,recoveries,fallbacks,reason\n";
   for (const ScenePoint& p : report.points) {
     csv += fmt::format("{},{},{},{},{},{}", solver_name(p.settings.solver), springs_name(p.settings.springs),
                        p.settings.substeps, p.settings.tolerance, p.settings.resolution,
                        outcome_name(p.outcome));
     for (const SceneErrorField& field : scene_error_fields())
       csv += fmt::format(",{}", p.errors.*field.value);
-    csv += fmt::format(",{},{},{},{},{},{},{},{}\n", p.ms_per_step.median, p.ms_per_step.min,
-                       p.ms_per_step.max, p.seconds, p.cells, p.recoveries, p.fallbacks, csv_text(p.reason));
+    csv += fmt::format(",{},{},{},{},{},{},{},{},{}\n", p.ms_per_step.median, p.ms_per_step.min,
+                       p.ms_per_step.max, p.ms_p95, p.seconds, p.cells, p.recoveries, p.fallbacks,
+                       csv_text(p.reason));
   }
   return csv;
 }
 
 std::vector<ScenePoint> decode_scene_points(std::string_view json) {
-  try {
-    std::vector<ScenePoint> points;
-    const Json report = Json::parse(json);
-    for (const Json& point : report.at("points")) points.push_back(point_from(point));
-    return points;
-  } catch (const std::exception& fault) {
-    throw Error(ErrorCode::cannot_read,
-                std::string("the report to resume is not one of ours: ") + fault.what(),
-                "run it afresh into another folder");
-  }
+  return decode_points(json, scene_point_from);
+}
+
+std::vector<MeshingPoint> decode_meshing_points(std::string_view json) {
+  return decode_points(json, meshing_point_from);
 }
 
 std::string encode_meshing_report(const MeshingReport& report, std::string_view input,
@@ -322,6 +364,28 @@ std::string encode_stability(const StabilityReport& report) {
 
 std::string encode_settings(const SceneSettings& settings) {
   return settings_json(settings).dump(1) + '\n';
+}
+
+Scene apply_params(const Scene& scene, std::string_view text) {
+  const Json json = parse_json(text);
+  ObjectReader reader(json);
+  SceneSettings settings{scene.solver.volume, scene.solver.springs, scene.solver.substeps,
+                         scene.solver.tolerance, 1.0};
+  if (const Json* object = reader.member("solver")) {
+    ObjectReader solver(*object, "/solver");
+    read_name(solver, "volume", solver_names, settings.solver);
+    read_name(solver, "springs", springs_names, settings.springs);
+    settings.tolerance = solver.number("tolerance", 1e-12, 1e-1).value_or(settings.tolerance);
+    const Json* substeps = solver.member("substeps");
+    if (substeps && *substeps == "auto")
+      settings.substeps = 0;
+    else
+      settings.substeps = static_cast<int>(solver.integer("substeps", 1, 100000).value_or(settings.substeps));
+    solver.finish("params");
+  }
+  settings.resolution = reader.number("resolution", 0.125, 8.0).value_or(1.0);
+  reader.finish("params");
+  return apply_settings(scene, settings);
 }
 
 }  // namespace isochor

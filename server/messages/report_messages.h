@@ -19,6 +19,7 @@ std::string encode_scene_report(const SceneReport& report, std::optional<double>
 std::string encode_scene_csv(const SceneReport& report);
 /// The points of an encoded report, to resume it. Throws cannot_read.
 std::vector<ScenePoint> decode_scene_points(std::string_view json);
+std::vector<MeshingPoint> decode_meshing_points(std::string_view json);
 
 /// The proposal, within a budget for the whole of meshing: {"point", "params"}.
 std::string encode_meshing_report(const MeshingReport& report, std::string_view input,
@@ -27,8 +28,11 @@ std::string encode_meshing_csv(const MeshingReport& report);
 
 std::string encode_stability(const StabilityReport& report);
 
-/// The solver's settings as a params file: {"solver":{…},"resolution":…}.
+/// The solver's settings as a params file of `simulate`: {"solver":{…},"resolution":…}.
 std::string encode_settings(const SceneSettings& settings);
+/// The scene with what a params file sets; other fields stay as they are. Throws cannot_read (syntax), and
+/// invalid_argument that lists every faulty or unknown field.
+Scene apply_params(const Scene& scene, std::string_view json);
 
 /// Names as in scenes.
 std::string_view solver_name(VolumeSolver solver);

@@ -113,10 +113,10 @@ SceneReportRequest read_scene_report(ObjectReader& reader) {
 MeshReportRequest read_mesh_report(ObjectReader& reader) {
   MeshReportRequest request;
   MeshingReportOptions& options = request.options;
-  options.axes = usual_meshing_axes;
   request.mesh_id = reader.required("mesh_id", reader.text("mesh_id"));
   if (const Json* params = reader.member("params"))
     options.base = read_below("params", [&] { return read_meshing_options(to_text(*params)); });
+  options.axes = usual_meshing_axes(options.base);
   if (const Json* json = reader.member("axes")) {
     ObjectReader axes(*json, "/axes");
     read_parameter_axis(axes, "voxels", options.axes.voxels);

@@ -17,16 +17,17 @@ TEST(Fit, FindsTheKnownOrder) {
   for (double order : {1.0, 2.0, -0.5}) {
     std::vector<double> y;
     for (double value : x) y.push_back(3.0 * std::pow(value, order));
-    ASSERT_TRUE(fitted_order(x, y).has_value());
-    EXPECT_NEAR(*fitted_order(x, y), order, 1e-12);
+    ASSERT_TRUE(fit_order(x, y).has_value());
+    EXPECT_NEAR(fit_order(x, y)->order, order, 1e-12);
   }
 }
 
 TEST(Fit, LeavesOutWhatHasNoLogarithm) {
   const std::vector<double> x{1.0, 0.5, 0.25, 0.125}, y{nan, 0.5, 0.0, 0.125};
-  EXPECT_NEAR(fitted_order(x, y).value(), 1.0, 1e-12);
+  EXPECT_NEAR(fit_order(x, y)->order, 1.0, 1e-12);
+  EXPECT_EQ(fit_order(x, y)->points, 2);
   const std::vector<double> one{0.5, 0.5}, two{1.0, 2.0};
-  EXPECT_FALSE(fitted_order(one, two).has_value());
+  EXPECT_FALSE(fit_order(one, two).has_value());
 }
 
 TEST(Fit, MedianAndExtremes) {
@@ -36,6 +37,15 @@ TEST(Fit, MedianAndExtremes) {
   EXPECT_EQ(odd.max, 3.0);
   EXPECT_EQ(even.median, 2.5);
   EXPECT_EQ(spread_of({}).median, 0.0);
+}
+
+TEST(Fit, QuantileIsTheSmallestThatTheShareKeepsTo) {
+  std::vector<double> values;
+  for (int i = 100; i > 0; --i) values.push_back(i);
+  EXPECT_EQ(quantile(values, 0.95), 95.0);
+  EXPECT_EQ(quantile(values, 1.0), 100.0);
+  EXPECT_EQ(quantile({7.0}, 0.95), 7.0);
+  EXPECT_EQ(quantile({}, 0.95), 0.0);
 }
 
 TEST(Fit, FrontKeepsWhatNothingBeats) {
@@ -49,6 +59,7 @@ ScenePoint planted(int substeps, double tolerance, double error) {
   point.settings.tolerance = tolerance;
   point.errors.trajectory_rms = error;
   point.ms_per_step = {static_cast<double>(substeps), 0.0, 0.0};
+  point.ms_p95 = 1.5 * substeps;
   return point;
 }
 
@@ -75,6 +86,7 @@ TEST(SceneOrders, BudgetTakesTheSmallestErrorThatFits) {
   report.points[3].outcome = Outcome::infeasible;
   ASSERT_NE(fit_budget(report, 8.0), nullptr);
   EXPECT_EQ(fit_budget(report, 8.0)->settings.substeps, 4);
+  EXPECT_EQ(fit_budget(report, 5.0)->settings.substeps, 1);  // the next has a median of 4 ms, and frames of 6
   EXPECT_EQ(fit_budget(report, 0.5), nullptr);
 }
 

@@ -117,7 +117,7 @@ TEST(Stability, APlantedShortfallIsSeen) {
   EXPECT_EQ(fallen.outcome, "passed through");
   test.stops_at = -1e300;
   test.feasible = false;
-  EXPECT_EQ(run_stability_case(test, quiet).outcome, "the infeasible state was not named");
+  EXPECT_EQ(run_stability_case(test, quiet).outcome, "infeasible, not named");
 }
 
 }  // namespace

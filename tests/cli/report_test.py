@@ -1,0 +1,214 @@
+"""isochor report: its errors recomputed from the recordings by another program, interruption, resuming, budgets."""
+import base64
+import csv
+import json
+import signal
+import subprocess
+import unittest
+
+import numpy
+
+from program import MESHES, PROGRAM, ProgramTest
+
+
+def cube(cells, **more):
+    return {"name": "cube", "type": "deformable",
+            "lattice": {"cells": [cells] * 3, "cell_size": 1 / cells, "origin": [-0.5, 0.52, -0.5]},
+            "edge_stiffness": 3e3, "diagonal_stiffness": 1e3, **more}
+
+
+SPINNING = {"name": "spinning", "duration": 0.2, "gravity": [0, 0, 0],
+            "bodies": [cube(3, velocity=[1, 0.5, 0], angular_velocity=[1, 2, 3],
+                            start={"affine": [[1.05, 0, 0], [0, 0.976, 0], [0, 0, 0.976]]})]}
+DROPPED = {"name": "dropped", "duration": 0.3,
+           "bodies": [cube(4, velocity=[0, -2, 0]),
+                      {"name": "ball", "type": "rigid", "shape": {"sphere": {"radius": 0.5}}, "static": True},
+                      {"name": "stone", "type": "rigid", "shape": {"sphere": {"radius": 0.1}}, "mass": 2,
+                       "position": [3, 1, 0], "velocity": [0, 1, 0]}]}
+
+
+def array(packed):
+    return numpy.frombuffer(base64.b64decode(packed["data"]), dtype=packed["dtype"]).reshape(packed["shape"])
+
+
+class Recording:
+    """What a report says of a run, from its frames alone."""
+
+    def __init__(self, path):
+        lines = [json.loads(line) for line in path.read_text().splitlines()]
+        self.topology = lines[0]["bodies"]
+        self.frames = [line for line in lines if line["type"] == "frame"]
+
+    def metric(self, name):
+        return numpy.array([frame["metrics"][name] for frame in self.frames])
+
+    def positions(self, body):
+        return numpy.array([array(frame["bodies"][body]["positions"]) for frame in self.frames])
+
+    def rest_box(self):
+        points = numpy.concatenate([array(b["rest_positions"]) for b in self.topology if b["type"] == "deformable"])
+        return numpy.linalg.norm(points.max(axis=0) - points.min(axis=0))
+
+    def mass(self):
+        return sum(array(b["masses"]).sum() for b in self.topology if b["type"] == "deformable")
+
+    def points(self, most=256):
+        """Centres of cells, which are those of their central tets, and the places of rigid bodies: frame, point, axis."""
+        found = []
+        for number, body in enumerate(self.topology):
+            if body["type"] == "rigid":
+                found.append(numpy.array([[frame["bodies"][number]["pose"][:3]] for frame in self.frames]))
+                continue
+            cells = numpy.array(body["cells"])
+            central = numpy.array(body["tets"])[cells[::max(1, len(cells) // most), 0]]
+            found.append(self.positions(number)[:, central].mean(axis=2))
+        return numpy.concatenate(found, axis=1)
+
+    def volumes(self):
+        """Of each cell: at rest, and frame by frame."""
+        body = self.topology[0]
+        tets, cells = numpy.array(body["tets"]), numpy.array(body["cells"])
+
+        def of(points):
+            a, b, c, d = (points[..., tets[:, i], :] for i in range(4))
+            return (numpy.einsum("...i,...i", numpy.cross(b - a, c - a), d - a) / 6)[..., cells].sum(axis=-1)
+
+        return of(array(body["rest_positions"])), of(self.positions(0))
+
+
+def recomputed(run, reference, duration):
+    rest, volumes = run.volumes()
+    distances = numpy.linalg.norm(run.points() - reference.points(), axis=2)[1:]
+    momentum = run.mass() * run.rest_box() / duration
+
+    def drift(name, scale):
+        ours, theirs = run.metric(name), reference.metric(name)
+        scale = max(scale, numpy.linalg.norm(theirs, axis=1).max())
+        return numpy.linalg.norm(ours - theirs, axis=1)[1:].max() / scale
+
+    def energy(recording):
+        return recording.metric("kinetic_energy") + recording.metric("potential_energy")
+
+    return {"max_cell_volume": numpy.abs(volumes / rest - 1)[1:].max(),
+            "total_volume": numpy.abs(volumes.sum(axis=1) / rest.sum() - 1)[1:].max(),
+            "trajectory_rms": numpy.sqrt((distances**2).mean()), "trajectory_max": distances.max(),
+            "linear_momentum": drift("linear_momentum", momentum),
+            "angular_momentum": drift("angular_momentum", momentum * run.rest_box()),
+            "energy": numpy.abs(energy(run) - energy(reference))[1:].max()
+            / max(numpy.ptp(energy(reference)), reference.metric("kinetic_energy").max())}
+
+
+class ReportErrors(ProgramTest):
+    def errors_of(self, scene, *axes):
+        out = self.folder / "report"
+        report = self.run_json("report", self.file("scene.json", json.dumps(scene)), "-o", out, "--repeats", "1",
+                               "--refinement", "4", "--recordings", *axes)
+        reference = Recording(out / "recordings" / "reference.ndjson")
+        for number, point in enumerate(report["points"]):
+            run = Recording(out / "recordings" / f"point-{number:03}.ndjson")
+            for name, value in recomputed(run, reference, scene["duration"]).items():
+                with self.subTest(point=point["series"], error=name):
+                    self.assertAlmostEqual(point["errors"][name], value, delta=1e-6 * value + 1e-12)
+            yield point, run
+
+    def test_of_a_spinning_cube(self):
+        points = [point for point, _ in self.errors_of(SPINNING, "--solvers", "newton", "--substeps", "2,8",
+                                                       "--springs", "symplectic,implicit,energy_momentum")]
+        self.assertEqual(len(points), 6)
+        self.assertTrue(all(point["outcome"] == "converged" for point in points))
+        by_springs = {point["settings"]["springs"]: point["errors"]["trajectory_rms"] for point in points[1::2]}
+        self.assertLess(by_springs["symplectic"], by_springs["implicit"])
+
+    def test_of_a_drop_on_a_ball(self):
+        for point, run in self.errors_of(DROPPED, "--solvers", "newton,gradient", "--substeps", "4",
+                                         "--tolerances", "1e-3,1e-6"):
+            depth = 0.5 - numpy.linalg.norm(run.positions(0), axis=2)
+            self.assertGreater(depth.max(), -0.01)  # it did touch
+            self.assertAlmostEqual(point["errors"]["max_penetration"], max(0.0, depth[1:].max()), delta=1e-9)
+
+
+class Report(ProgramTest):
+    def interrupt(self, out, *arguments):
+        """SIGINT after the third point has been written."""
+        child = subprocess.Popen([PROGRAM, "report", *map(str, arguments), "-o", str(out)], stderr=subprocess.PIPE)
+        seen = []
+        for line in child.stderr:
+            seen.append(line.decode())
+            if seen[-1].startswith("point 4 of"):
+                child.send_signal(signal.SIGINT)
+        child.stderr.close()
+        self.assertEqual(child.wait(), 130, seen)
+        self.assertTrue(any("--resume" in line for line in seen), seen)
+        part = json.loads((out / "report.json").read_text())
+        self.assertFalse(part["complete"])
+        self.assertGreaterEqual(len(part["points"]), 3)
+        return part
+
+    def resumed(self, *arguments):
+        out = self.folder / "report"
+        part = self.interrupt(out, *arguments)
+        whole = self.run_json("report", *arguments, "-o", out, "--resume")
+        self.assertTrue(whole["complete"])
+        self.assertGreater(len(whole["points"]), len(part["points"]))
+        self.assertEqual(whole["points"][:len(part["points"])], part["points"])  # times and all: not run again
+        for name in ("report.json", "report.csv", "report.html"):
+            self.assertTrue((out / name).exists())
+        with open(out / "report.csv", newline="") as file:
+            self.assertEqual(len(list(csv.reader(file))), 1 + len(whole["points"]))
+        return whole
+
+    def test_of_a_scene_is_interrupted_and_resumed(self):
+        scene = self.file("scene.json", json.dumps({**SPINNING, "bodies": [cube(8)], "duration": 1}))
+        self.resumed(scene, "--solvers", "newton", "--substeps", "1,2,4,8,16", "--tolerances", "1e-4,1e-8",
+                     "--refinement", "2")
+
+    def test_of_a_mesh_is_interrupted_and_resumed(self):
+        whole = self.resumed(MESHES / "torus.obj", "--grid-voxels", "96,128", "--grid-cells", "12,24,64")
+        self.assertEqual({point["outcome"] for point in whole["points"]}, {"converged", "failed"})
+        for point in whole["points"]:
+            if point["outcome"] == "failed":  # 64 cells of 96 voxels
+                self.assertIn("half the voxels", point["reason"])
+
+    def test_a_budget_is_a_params_file(self):
+        scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
+        self.run_program("report", scene, "-o", out, "--solvers", "newton", "--substeps", "1,3,9", "--springs", "implicit",
+                         "--resolutions", "1,2", "--repeats", "1", "--budget-ms", "10000")
+        chosen = json.loads((out / "budget.json").read_text())
+        best = min(json.loads((out / "report.json").read_text())["points"], key=lambda p: p["errors"]["trajectory_rms"])
+        self.assertEqual(chosen["solver"]["substeps"], best["settings"]["substeps"])
+        self.assertEqual(chosen["resolution"], best["settings"]["resolution"])
+        run = self.run_json("simulate", scene, "-o", self.folder / "run.ndjson", "--params", out / "budget.json")
+        self.assertEqual(run["max_substeps"], best["settings"]["substeps"])
+        hello = json.loads((self.folder / "run.ndjson").read_text().splitlines()[0])
+        self.assertEqual(len(hello["bodies"][0]["cells"]), 27 * chosen["resolution"]**3)
+        refused = self.run_json("report", scene, "-o", out, "--solvers", "newton", "--substeps", "1", "--repeats", "1",
+                                "--budget-ms", "1e-9", expect=7)
+        self.assertIn("1e-09 ms", refused["detail"])
+
+    def test_faulty_params_are_named(self):
+        scene = self.file("scene.json", json.dumps(SPINNING))
+        faults = self.run_json("simulate", scene, "-o", self.folder / "run.ndjson", "--params", self.file(
+            "params.json", '{"solver":{"volume":"magic","substeps":0},"resolutions":2}'), expect=2)["errors"]
+        self.assertEqual({fault["pointer"] for fault in faults}, {"/solver/volume", "/solver/substeps"})
+
+    def test_a_budget_for_meshing_is_a_params_file_too(self):
+        out = self.folder / "report"
+        self.run_program("report", MESHES / "torus.obj", "-o", out, "--grid-voxels", "48", "--grid-cells", "8,16", "--repeats",
+                         "1", "--budget-ms", "100000")
+        model = self.run_json("mesh", MESHES / "torus.obj", "-o", self.folder / "t.msh", "--params", out / "budget.json")
+        points = json.loads((out / "report.json").read_text())["points"]
+        best = min(points, key=lambda p: p["errors"]["boundary_to_input"])
+        self.assertEqual(model["tets"], best["tets"])
+
+    def test_the_lattice_comes_closest_to_a_number_of_tets(self):
+        def tets(cells):
+            model = self.run_json("mesh", MESHES / "table.obj", "-o", self.folder / "t.msh", "--voxels", "64", *cells)
+            return model["tets"]
+
+        counts = [tets(["--cells", cells]) for cells in range(2, 33, 2)]
+        for wanted in (50, 3000, 10000, 10**7):
+            self.assertEqual(abs(tets(["--budget-tets", wanted]) - wanted), min(abs(n - wanted) for n in counts))
+
+
+if __name__ == "__main__":
+    unittest.main()
