@@ -105,7 +105,7 @@ TEST_F(ReportsApi, MeshingIsMeasuredOverItsGrid) {
   const json report =
       wait(post({{"kind", "mesh"},
                  {"mesh_id", mesh},
-                 {"axes", {{"voxels", {32}}, {"cells", {6, 12}}, {"smoothing_iterations", {0}}}},
+                 {"axes", {{"voxels", {32}}, {"cells", {6, 12}}, {"smoothing_iterations", {0}}, {"p_in_voxels", {4}}}},
                  {"repeats", 1},
                  {"budget_ms", 1e5}})
                .json())["result"]["report"];

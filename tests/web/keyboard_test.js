@@ -85,10 +85,11 @@ const moves = async (page, act) => {
   await act();
   await eventually(() => look(page), seen => seen.sum !== before.sum, 'the view changes');
 };
-const lists = name => page => page.locator('.collider', {hasText: name}).waitFor();
+const lists = (name, state = 'visible') => page => page.locator('.collider', {hasText: name}).waitFor({state});
 const menu = async (page, act) => {
+  const opener = await focused(page);
   await act();
-  const first = await focused(page);
+  const first = await eventually(() => focused(page), stop => stop.name !== opener.name, 'the menu takes the focus');
   await page.keyboard.press('ArrowDown');
   assert.notEqual((await focused(page)).name, first.name, 'arrows walk the menu');
   await page.keyboard.press('Escape');
@@ -187,7 +188,7 @@ test('the body is pulled and a collider moved, resized and removed by keys', asy
   assert.ok(Number((await focused(page)).value) > Number(radius.value));
   await go_to(page, 'Remove ball');
   await page.keyboard.press('Enter');
-  await says('ball removed')(page);
+  await lists('ball', 'detached')(page);
   no_complaints(page);
   await page.context().close();
 });
