@@ -102,13 +102,14 @@ TEST_F(ReportsApi, ABudgetGetsTheSmallestErrorThatFits) {
 
 TEST_F(ReportsApi, MeshingIsMeasuredOverItsGrid) {
   const std::string mesh = client_.send("POST", "/api/v1/meshes?sample=cube").json()["id"];
-  const json report =
-      wait(post({{"kind", "mesh"},
-                 {"mesh_id", mesh},
-                 {"axes", {{"voxels", {32}}, {"cells", {6, 12}}, {"smoothing_iterations", {0}}, {"p_in_voxels", {4}}}},
-                 {"repeats", 1},
-                 {"budget_ms", 1e5}})
-               .json())["result"]["report"];
+  const json report = wait(
+      post({{"kind", "mesh"},
+            {"mesh_id", mesh},
+            {"axes",
+             {{"voxels", {32}}, {"cells", {6, 12}}, {"smoothing_iterations", {0}}, {"p_in_voxels", {4}}}},
+            {"repeats", 1},
+            {"budget_ms", 1e5}})
+          .json())["result"]["report"];
   ASSERT_EQ(report["points"].size(), 2U);
   EXPECT_LT(report["points"][0]["tets"], report["points"][1]["tets"]);
   for (const json& point : report["points"]) EXPECT_LT(point["errors"]["volume"].get<double>(), 0.3);
