@@ -1,41 +1,55 @@
 #pragma once
-#include "core/dynamics/implicit_solver.h"
 #include "core/dynamics/rigid_part.h"
+#include "core/dynamics/saddle_solver.h"
 
 namespace isochor {
 
-/// Springs stepped at any stiffness, by one linear solve a step, in the frame that turns with the body: R is
-/// its rigid motion over the step, v = v_rigid + d. Turned, so that a stiff body that spins does not grow
-/// (straight paths stretch it by (hω)²/2). Two schemes:
-/// - linearly implicit Euler [Baraff & Witkin 1998], which eats the energy of what it does not resolve,
-///     x̂ = R(x + h·d + u),  (M + h²K + hC)·u = h²(f(x) − (hK + C)·d);
-/// - filtered leapfrog, which keeps it: the kicks of symplectic Euler by M(M + h²K/4 + hC/2)⁻¹f in place of
-/// f,
-///   so that no frequency is above 2/h. With K constant these are the positions of the trapezoidal rule.
+enum class ImplicitScheme {
+  euler,           ///< implicit Euler, which eats the energy of what it does not resolve
+  energy_momentum  ///< with mean forces by the discrete gradient, which keeps it [Gonzalez 1996]
+};
+
+/// Springs and volume stepped together at any stiffness, in the frame that turns with the body: R is its
+/// rigid motion over the step, v = v_rigid + d. Turned, so that a stiff body that spins does not grow
+/// (straight paths stretch it by (hω)²/2). With x' = R(x), x̂ = R(x + h·d):
+///   c·M(x₁ − x̂)/h² + F(x', x₁) = Jᵀμ,  C(x₁) = 0,
+/// F by StepForces; c = 1, θ = 1 and J at x₁ for implicit Euler; c = 2, θ = ½, J between and
+/// d₁ = 2(x₁ − x')/h − d for energy and momentum. Newton steps by SaddleSolver, K without what buckles.
 class ImplicitStep {
  public:
   explicit ImplicitStep(const SoftBody& body);
 
-  /// Takes the body from the start of the substep to x̂. Linear and angular momentum are kept to round-off
-  /// unless particles are pinned.
-  void predict(SoftBody& body, double h);
-  /// body.forces, those of its positions, become the filtered ones.
-  void filter(SoftBody& body, double h);
-  /// Takes the body, kicked already, to R(x + h·d).
-  void drift(SoftBody& body, double h);
-  /// Velocities of the end positions: (x − x_start)/h, turned with the body.
+  /// A substep begins: the body goes to x', with what is pinned left to the caller.
+  void begin(SoftBody& body, double h, ImplicitScheme scheme);
+  /// Moves the body on to x₁. Its volumes are right to the first order of what is left. In free flight linear
+  /// and angular momentum are kept to round-off.
+  void solve(SoftBody& body);
+  /// The same in contact: blocked particles stay where they are along what blocks them, and `pushes` (kg·m,
+  /// one each) work along the rest. Takes Newton steps until forces balance to a hundredth.
+  void solve(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes);
+  /// What holds a blocked particle there, impulse times h (kg·m).
+  Vec3 reaction(std::int32_t particle) const { return balance_.at(particle); }
+  /// Velocities of the end positions, turned with the body.
   void finish(SoftBody& body, double h);
 
   std::int64_t bytes() const;
 
  private:
-  RigidPart split_velocities(const SoftBody& body, double h);
-  void turn(SoftBody& body, const RigidPart& motion, double h);
-  void restore_momentum(SoftBody& body, const Vec3& center, double h);
+  void turn(SoftBody& body);
+  void find_balance(const SoftBody& body);
+  double newton_step(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes,
+                     double tolerance, bool linearize);
+  void restore_momentum(SoftBody& body);
 
-  ImplicitSolver solver_;
-  Coordinates displacement_, force_;
+  SaddleSolver solver_;
+  ImplicitScheme scheme_ = ImplicitScheme::euler;
+  double h_ = 0.0;
+  RigidPart motion_;
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();
+  Coordinates turned_, deformation_;  ///< x', h·R(d)
+  Coordinates middle_, balance_;      ///< where J is taken; M(x − x̂) + h²/c·F − h²/c·Jᵀμ
+  SaddleVector right_side_, step_;
+  std::vector<double> multipliers_;
 };
 
 }  // namespace isochor

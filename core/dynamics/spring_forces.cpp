@@ -81,6 +81,32 @@ ISOCHOR_MULTIVERSION void damped_forces(const RunData& data, Arrays p, Arrays v,
   }
 }
 
+ISOCHOR_MULTIVERSION void step_forces(const RunData& data, double theta, Arrays p, Arrays q,
+                                      MutableArrays f) {
+  double fx[block], fy[block], fz[block];
+  for (const SpringRun& run : data.runs) {
+    for (std::int32_t begin = 0; begin < run.count; begin += block) {
+      const int count = std::min(block, run.count - begin);
+      const std::int32_t a = run.a + begin, b = run.b + begin;
+      const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
+      for (int t = 0; t < count; ++t) {
+        const double x0 = p.x[b + t] - p.x[a + t], y0 = p.y[b + t] - p.y[a + t], z0 = p.z[b + t] - p.z[a + t];
+        const double x1 = q.x[b + t] - q.x[a + t], y1 = q.y[b + t] - q.y[a + t], z1 = q.z[b + t] - q.z[a + t];
+        const double l0 = std::sqrt(x0 * x0 + y0 * y0 + z0 * z0);
+        const double l1 = std::sqrt(x1 * x1 + y1 * y1 + z1 * z1);
+        const double mean = l0 + theta * (l1 - l0) + tiny_length;
+        const double s = data.stiffness * cells[t] * (mean - length[t] + data.damping * (l1 - l0)) / mean;
+        fx[t] = s * (x0 + theta * (x1 - x0));
+        fy[t] = s * (y0 + theta * (y1 - y0));
+        fz[t] = s * (z0 + theta * (z1 - z0));
+      }
+      scatter(f.x, fx, a, b, count);
+      scatter(f.y, fy, a, b, count);
+      scatter(f.z, fz, a, b, count);
+    }
+  }
+}
+
 RunData chunk_data(const SpringFamily& family, double stiffness, double damping, std::int64_t chunk) {
   const auto begin = family.chunk_begin[chunk], end = family.chunk_begin[chunk + 1];
   return {{family.runs.data() + begin, static_cast<std::size_t>(end - begin)},
@@ -125,6 +151,21 @@ void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& mater
                        const Coordinates& positions, const Coordinates& velocities, Coordinates& forces) {
   add_spring_forces(stencil.edges, material.edge, material.damping, positions, velocities, forces);
   add_spring_forces(stencil.diagonals, material.diagonal, material.damping, positions, velocities, forces);
+}
+
+void add_step_forces(const SpringStencil& stencil, const SpringMaterial& material, const StepForces& step,
+                     const Coordinates& start, const Coordinates& end, Coordinates& forces) {
+  const auto add = [&](const SpringFamily& family, double stiffness) {
+    for (int color = 0; color < 2; ++color) {
+      parallel_for((family.chunks() - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t last) {
+        for (std::int64_t i = begin; i < last; ++i)
+          step_forces(chunk_data(family, stiffness, material.damping / step.h, 2 * i + color), step.weight,
+                      arrays(start), arrays(end), arrays(forces));
+      });
+    }
+  };
+  add(stencil.edges, material.edge);
+  add(stencil.diagonals, material.diagonal);
 }
 
 double spring_energy(const SpringStencil& stencil, const SpringMaterial& material,

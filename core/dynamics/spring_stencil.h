@@ -51,6 +51,15 @@ void add_spring_forces(const SpringFamily& family, double stiffness, double damp
 void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& material,
                        const Coordinates& positions, const Coordinates& velocities, Coordinates& forces);
 
+/// Mean forces of a step of h from x₀ to x₁. weight θ of the end: k·(l̄ − L + τ(l₁ − l₀)/h)·d̄/l̄ with
+/// l̄ = (1 − θ)l₀ + θl₁, d̄ likewise. θ = 1 is implicit Euler; θ = ½ the discrete gradient, whose work without
+/// damping is the change of the springs' energy exactly [Gonzalez 1996].
+struct StepForces {
+  double weight = 1.0, h = 0.0;
+};
+void add_step_forces(const SpringStencil& stencil, const SpringMaterial& material, const StepForces& step,
+                     const Coordinates& start, const Coordinates& end, Coordinates& forces);
+
 /// Σ ½k·(l − L)².
 double spring_energy(const SpringStencil& stencil, const SpringMaterial& material,
                      const Coordinates& positions);

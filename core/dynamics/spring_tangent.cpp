@@ -44,6 +44,37 @@ ISOCHOR_MULTIVERSION void run_products(std::span<const SpringRun> runs, TangentA
   }
 }
 
+struct Coefficients {
+  double isotropic, axial;  ///< ak, (a + bτ)k
+  const double *rest_lengths, *cells;
+};
+struct MutableTangent {
+  double *isotropic, *wx, *wy, *wz;
+};
+
+ISOCHOR_MULTIVERSION void run_tangents(std::span<const SpringRun> runs, const Coefficients& k,
+                                       const Coordinates& p, const MutableTangent& out) {
+  const double *px = p.x.data(), *py = p.y.data(), *pz = p.z.data();
+  for (const SpringRun& run : runs) {
+    const double *length = k.rest_lengths + run.first, *cells = k.cells + run.first;
+    double* __restrict isotropic = out.isotropic + run.first;
+    double* __restrict wx = out.wx + run.first;
+    double* __restrict wy = out.wy + run.first;
+    double* __restrict wz = out.wz + run.first;
+    for (std::int32_t t = 0; t < run.count; ++t) {
+      const double dx = px[run.b + t] - px[run.a + t], dy = py[run.b + t] - py[run.a + t],
+                   dz = pz[run.b + t] - pz[run.a + t];
+      const double l = std::sqrt(dx * dx + dy * dy + dz * dz) + tiny_length;
+      const double strain = 1.0 - length[t] / l;
+      const double across = cells[t] * k.isotropic * (strain > 0.0 ? strain : 0.0);
+      const double rest = cells[t] * k.axial - across;
+      const double w = std::sqrt(rest > 0.0 ? rest : 0.0) / l;
+      isotropic[t] = across;
+      wx[t] = w * dx, wy[t] = w * dy, wz[t] = w * dz;
+    }
+  }
+}
+
 std::span<const SpringRun> chunk_runs(const SpringFamily& family, std::int64_t chunk) {
   const auto begin = family.chunk_begin[chunk], end = family.chunk_begin[chunk + 1];
   return {family.runs.data() + begin, static_cast<std::size_t>(end - begin)};
@@ -73,24 +104,31 @@ SpringTangent::SpringTangent(const SpringStencil& stencil) {
 void SpringTangent::linearize(const SpringStencil& stencil, const SpringMaterial& material,
                               const Coordinates& positions, double stiffness_weight, double damping_weight) {
   const auto fill = [&](const SpringFamily& family, double stiffness, Family& tangent) {
+    tangent.axial = (stiffness_weight + damping_weight * material.damping) * stiffness;
+    const Coefficients coefficients{stiffness_weight * stiffness, tangent.axial, family.rest_lengths.data(),
+                                    family.cells.data()};
     for_each_chunk(family, [&](std::span<const SpringRun> runs) {
-      for (const SpringRun& run : runs) {
-        for (std::int32_t t = 0; t < run.count; ++t) {
-          const std::int32_t s = run.first + t;
-          const Vec3 d = positions.at(run.b + t) - positions.at(run.a + t);
-          const double l = d.norm(), k = stiffness * family.cells[s];
-          const double isotropic =
-              stiffness_weight * k * std::max(0.0, 1.0 - family.rest_lengths[s] / (l + tiny_length));
-          const double axial = (stiffness_weight + damping_weight * material.damping) * k;
-          const Vec3 w = std::sqrt(std::max(0.0, axial - isotropic)) / (l + tiny_length) * d;
-          tangent.isotropic[s] = isotropic;
-          tangent.wx[s] = w.x(), tangent.wy[s] = w.y(), tangent.wz[s] = w.z();
-        }
-      }
+      run_tangents(runs, coefficients, positions,
+                   {tangent.isotropic.data(), tangent.wx.data(), tangent.wy.data(), tangent.wz.data()});
     });
   };
   fill(stencil.edges, material.edge, edges_);
   fill(stencil.diagonals, material.diagonal, diagonals_);
+}
+
+MeanStiffness SpringTangent::mean(const SpringStencil& stencil) const {
+  const auto isotropic = [](const SpringFamily& family, const Family& tangent) {
+    double sum = 0.0, cells = 0.0;
+    for (std::size_t s = 0; s < tangent.isotropic.size(); ++s)
+      sum += tangent.isotropic[s], cells += family.cells[s];
+    return cells > 0.0 ? sum / cells : 0.0;
+  };
+  MeanStiffness mean;
+  mean.edge_isotropic = isotropic(stencil.edges, edges_);
+  mean.edge_axial = edges_.axial - mean.edge_isotropic;
+  mean.diagonal_isotropic = isotropic(stencil.diagonals, diagonals_);
+  mean.diagonal_axial = diagonals_.axial - mean.diagonal_isotropic;
+  return mean;
 }
 
 void SpringTangent::add_product(const SpringStencil& stencil, const Coordinates& p,

@@ -38,6 +38,14 @@ std::optional<double> allowed_energy(const World& world, const SceneSoftBody& so
   return start_energy(soft.body, world.scene.gravity) + std::max(work, 0.0);
 }
 
+bool keep_ledger(const World& world, SceneSoftBody& soft) {
+  SoftBody& body = soft.body;
+  const double excess = total_energy(body, world.scene.gravity) - soft.energy_ledger;
+  if (!(excess > 0.0)) return true;
+  const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
+  return damp_about(motion, excess, body) == excess;
+}
+
 void hold_energy(const World& world, SceneSoftBody& soft) {
   const auto allowed = allowed_energy(world, soft);
   if (!allowed) return;

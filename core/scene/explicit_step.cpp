@@ -14,16 +14,16 @@ Phase stepping_phase(const SceneSoftBody& soft) {
     case SpringIntegrator::implicit:
       return Phase::implicit_euler;
     case SpringIntegrator::energy_momentum:
-      return Phase::filtered_leapfrog;
+      return Phase::energy_momentum;
     default:
       return Phase::symplectic_euler;
   }
 }
 
-void evaluate_forces(World& world, SceneSoftBody& soft, double h) {
+void evaluate_forces(World& world, SceneSoftBody& soft) {
   SoftBody& body = soft.body;
   soft.forces_valid = true;
-  if (body.forces.size() == 0 || soft.stepping == SpringIntegrator::implicit) return;
+  if (body.forces.size() == 0 || soft.implicit) return;
   for (auto* axis : {&body.forces.x, &body.forces.y, &body.forces.z}) std::ranges::fill(*axis, 0.0);
   const SpringMaterial& m = body.material;
   world.phases.run(Phase::edge_springs, [&] {
@@ -33,16 +33,12 @@ void evaluate_forces(World& world, SceneSoftBody& soft, double h) {
     add_spring_forces(body.springs.diagonals, m.diagonal, m.damping, body.positions, body.velocities,
                       body.forces);
   });
-  world.phases.run(Phase::filtered_leapfrog, [&] {
-    if (soft.stepping == SpringIntegrator::energy_momentum) soft.implicit->filter(body, h);
-  });
-  soft.filtered_for = h;
 }
 
 void kick(World& world, SceneSoftBody& soft, double seconds) {
   SoftBody& body = soft.body;
   world.phases.run(Phase::gravity, [&] { kick_by_gravity(body, seconds, world.scene.gravity); });
-  if (body.forces.size() > 0 && soft.stepping != SpringIntegrator::implicit)
+  if (body.forces.size() > 0 && !soft.implicit)
     world.phases.run(stepping_phase(soft), [&] { kick_by_forces(body, seconds); });
 }
 

@@ -9,7 +9,7 @@ constexpr std::array<const char*, static_cast<std::size_t>(Phase::count)> names{
                                                                                 "spring_damping",
                                                                                 "symplectic_euler",
                                                                                 "implicit_euler",
-                                                                                "filtered_leapfrog",
+                                                                                "energy_momentum",
                                                                                 "pins",
                                                                                 "grab",
                                                                                 "attachments",

@@ -17,7 +17,7 @@ enum class Phase {
   spring_damping,
   symplectic_euler,
   implicit_euler,
-  filtered_leapfrog,
+  energy_momentum,
   pins,
   grab,
   attachments,

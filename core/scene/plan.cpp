@@ -66,7 +66,7 @@ class Planner {
     };
     decide_step(Phase::symplectic_euler, symplectic, "the springs of every body are stepped implicitly");
     decide_step(Phase::implicit_euler, implicit, "no body's springs are stepped by implicit Euler");
-    decide_step(Phase::filtered_leapfrog, filtered, "no body is asked to be stiff and lively");
+    decide_step(Phase::energy_momentum, filtered, "no body is asked to be stiff and lively");
   }
 
   SpringIntegrator choose(const SceneSoftBody& soft, double needed) const {
@@ -189,7 +189,7 @@ void measure_phases(World& world) {
   world.phases.set_bytes(Phase::contacts, contacts);
   world.phases.set_bytes(Phase::symplectic_euler, state);
   world.phases.set_bytes(Phase::implicit_euler, implicit);
-  world.phases.set_bytes(Phase::filtered_leapfrog, filtered);
+  world.phases.set_bytes(Phase::energy_momentum, filtered);
 }
 
 }  // namespace isochor

@@ -6,7 +6,11 @@ namespace isochor {
 namespace {
 
 constexpr int max_halvings = 5;
-constexpr double ledger_margin = 0.005;
+
+ImplicitScheme scheme_of(SpringIntegrator integrator) {
+  return integrator == SpringIntegrator::energy_momentum ? ImplicitScheme::energy_momentum
+                                                         : ImplicitScheme::euler;
+}
 
 bool is_in_free_flight(const SceneSoftBody& soft) {
   return soft.attachments.empty() && (!soft.contacts || soft.contacts->empty());
@@ -84,8 +88,7 @@ void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
   soft.stepping = soft.integrator;
   if (soft.integrator == SpringIntegrator::energy_momentum && !is_in_free_flight(soft))
     soft.stepping = SpringIntegrator::implicit;
-  const bool filtered = soft.stepping == SpringIntegrator::energy_momentum;
-  if (!soft.forces_valid || (filtered && soft.filtered_for != step.h)) evaluate_forces(world_, soft, step.h);
+  if (!soft.forces_valid) evaluate_forces(world_, soft);
   keep_start(soft.body);
   move_freely(step, soft);
 }
@@ -93,26 +96,21 @@ void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
 void Stepper::move_freely(const Substep& step, SceneSoftBody& soft) {
   kick(world_, soft, 0.5 * step.h);
   world_.phases.run(Phase::grab, [&] { follow_grab(step, soft); });
-  switch (soft.stepping) {
-    case SpringIntegrator::implicit:
-      world_.phases.run(stepping_phase(soft), [&] { soft.implicit->predict(soft.body, step.h); });
-      break;
-    case SpringIntegrator::energy_momentum:
-      world_.phases.run(Phase::filtered_leapfrog, [&] { soft.implicit->drift(soft.body, step.h); });
-      break;
-    default:
-      world_.phases.run(Phase::symplectic_euler, [&] { drift(soft.body, step.h); });
-  }
+  world_.phases.run(stepping_phase(soft), [&] {
+    if (soft.implicit)
+      soft.implicit->begin(soft.body, step.h, scheme_of(soft.stepping));
+    else
+      drift(soft.body, step.h);
+  });
   world_.phases.run(Phase::pins, [&] { follow_pins(world_, soft); });
+  if (soft.implicit) world_.phases.run(stepping_phase(soft), [&] { soft.implicit->solve(soft.body); });
 }
 
 bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   if (soft.stepping != SpringIntegrator::energy_momentum) return false;
   if (is_in_free_flight(soft)) {
     finish(step, soft);
-    const double energy = total_energy(soft.body, world_.scene.gravity);
-    const double internal = energy - gravity_energy(soft.body, world_.scene.gravity);
-    if (energy <= soft.energy_ledger + ledger_margin * internal) return true;
+    if (keep_ledger(world_, soft)) return true;
   }
   restore_start(soft.body);
   soft.inverted = false;
@@ -136,7 +134,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
     });
   }
   if (soft.inverted) recover_inverted(step, soft);
-  evaluate_forces(world_, soft, step.h);
+  evaluate_forces(world_, soft);
   kick(world_, soft, 0.5 * step.h);
   if (soft.recovered) hold_energy(world_, soft);
   if (soft.stepping == soft.integrator) return;

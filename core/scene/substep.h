@@ -14,8 +14,9 @@ struct Substep {
 
 /// That of the body's integrator.
 Phase stepping_phase(const SceneSoftBody& soft);
-/// Forces at the present positions, for the kicks before and after a substep of h.
-void evaluate_forces(World& world, SceneSoftBody& soft, double h);
+/// Forces at the present positions, for the kicks before and after a substep; none where springs are stepped
+/// implicitly.
+void evaluate_forces(World& world, SceneSoftBody& soft);
 /// v += seconds·(g + w·f).
 void kick(World& world, SceneSoftBody& soft, double seconds);
 /// Dragging with the mouse, for one body.
@@ -37,6 +38,9 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft);
 /// What the body may have at the end of the substep: the energy of its start, and the work of what moves it
 /// by contact. Nothing where pins, attachments or the mouse move it, whose work is not known.
 std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft);
+/// A body that swings freely has no more energy than its ledger: what the solve has left over is taken from
+/// its deformation. False when that has not enough.
+bool keep_ledger(const World& world, SceneSoftBody& soft);
 /// Recovery must not add energy: slows down the body's deformation until it has what it is allowed; in
 /// contact, where momentum is not its own, all of its motion.
 void hold_energy(const World& world, SceneSoftBody& soft);

@@ -28,7 +28,6 @@ struct SceneSoftBody {
   std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
   SpringIntegrator stepping = SpringIntegrator::symplectic;    ///< that of this substep
   double energy_ledger = 0.0;  ///< J; what a stiff and lively body may have, see Stepper::settle
-  double filtered_for = 0.0;   ///< the substep that body.forces are filtered for, s
   bool finished = false;       ///< with this substep already
   bool forces_valid = false;   ///< body.forces are those of the present positions
   bool recovered = false;      ///< moved by the inequality of its tets in this substep
