@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "core/common/wide.h"
 
@@ -9,9 +10,7 @@ namespace isochor {
 namespace {
 
 constexpr int most_iterations = 500;
-constexpr int most_steps = 8;
-/// Newton steps that take the matrix anew; it changes little after them.
-constexpr int fresh_matrices = 2;
+constexpr int most_steps = 12;
 
 Eigen::Matrix3d rotation_by(const Vec3& turn) {
   const double angle = turn.norm();
@@ -48,9 +47,14 @@ ImplicitStep::ImplicitStep(const SoftBody& body)
       deformation_(body.size()),
       middle_(body.size()),
       balance_(body.size()),
+      solved_(body.size()),
+      prescribed_(body.size()),
       right_side_(body.size(), body.mesh->cells.size()),
       step_(body.size(), body.mesh->cells.size()),
-      multipliers_(body.mesh->cells.size()) {}
+      multipliers_(body.mesh->cells.size()) {
+  reactions_.reserve(body.surface_particles.size());
+  targets_.reserve(body.surface_particles.size());
+}
 
 void ImplicitStep::begin(SoftBody& body, double h, ImplicitScheme scheme) {
   scheme_ = scheme;
@@ -65,7 +69,11 @@ void ImplicitStep::begin(SoftBody& body, double h, ImplicitScheme scheme) {
     turned_.set(i, center + rotation_ * arm);
   }
   if (body.has_pins) turned_ = body.positions;
-  body.positions = turned_;
+  internal_energy_ = spring_energy(body.springs, body.material, body.positions);
+  energy_ = internal_energy_ + kinetic_energy(body);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    internal_energy_ += 0.5 / (h * h) * body.masses[i] * deformation_.at(i).squaredNorm();
+  body.positions = solved_ = turned_;
   std::ranges::fill(multipliers_, 0.0);
 }
 
@@ -86,10 +94,47 @@ void ImplicitStep::find_balance(const SoftBody& body) {
   solver_.add_pressure(multipliers_, -1.0, balance_);
 }
 
+/// What the caller has moved since the last solve, pins and contacts, moves within it from where the body
+/// was. Later steps bring blocked particles back to where they are held, which turning has left by the second
+/// order.
+bool ImplicitStep::take_prescribed(SoftBody& body, const Hold& hold, int count) {
+  bool any = false;
+  if (count == 0) {
+    targets_.clear();
+    for (const BlockedParticle& held : hold.blocked) targets_.push_back(body.positions.at(held.particle));
+    for (std::size_t i = 0; i < body.size(); ++i) {
+      const Vec3 moved = body.positions.at(i) - solved_.at(i);
+      prescribed_.set(i, moved);
+      any |= !moved.isZero(0.0);
+    }
+    body.positions = solved_;
+    return any;
+  }
+  for (auto* axis : {&prescribed_.x, &prescribed_.y, &prescribed_.z}) std::ranges::fill(*axis, 0.0);
+  for (std::size_t b = 0; b < hold.blocked.size(); ++b) {
+    const auto& [particle, inverse_mass] = hold.blocked[b];
+    const Vec3 off = targets_[b] - body.positions.at(particle);
+    prescribed_.set(particle, off - body.masses[particle] * (inverse_mass * off));
+  }
+  return !hold.blocked.empty();
+}
+
+/// Moves the body by the step: its rigid part by a rotation, which stretches nothing, and the rest as it is.
+void ImplicitStep::move(SoftBody& body) {
+  Coordinates& d = step_.nodes;
+  const RigidPart part = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, d);
+  const Eigen::Matrix3d rotation = rotation_by(part.angular_velocity);
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 arm = body.positions.at(i) - part.center;
+    const Vec3 rest = d.at(i) - part.velocity - part.angular_velocity.cross(arm);
+    body.positions.set(i, part.center + part.velocity + rotation * (arm + rest));
+  }
+}
+
 /// Returns what the forces lacked before it.
-double ImplicitStep::newton_step(SoftBody& body, std::span<const BlockedParticle> blocked,
-                                 std::span<const Vec3> pushes, double tolerance, bool linearize) {
+double ImplicitStep::newton_step(SoftBody& body, const Hold& hold, double tolerance, int count) {
   const double c = inertia_weight(scheme_), theta = end_weight(scheme_);
+  const bool prescribed = take_prescribed(body, hold, count);
   const Coordinates* at = &body.positions;
   if (scheme_ == ImplicitScheme::energy_momentum) {
     for (auto [a, b, mean] : {std::tuple{&turned_.x, &body.positions.x, &middle_.x},
@@ -98,51 +143,66 @@ double ImplicitStep::newton_step(SoftBody& body, std::span<const BlockedParticle
       set_mean(a->data(), b->data(), mean->data(), mean->size());
     at = &middle_;
   }
-  if (linearize) solver_.linearize(body, *at, theta * h_ * h_ / c, h_ / c, blocked);
-  if (!linearize || at != &body.positions) solver_.measure(body, body.positions);
+  const bool fresh = count < hold.fresh_matrices;
+  if (fresh) solver_.linearize(body, *at, theta * h_ * h_ / c, h_ / c, hold.blocked);
+  if (!fresh || at != &body.positions) solver_.measure(body, body.positions);
   find_balance(body);
   right_side_.nodes = balance_;
-  for (std::size_t b = 0; b < blocked.size(); ++b) right_side_.nodes.add(blocked[b].particle, -pushes[b]);
+  for (std::size_t b = 0; b < hold.blocked.size(); ++b)
+    right_side_.nodes.add(hold.blocked[b].particle, -hold.pushes[b]);
   for (auto* axis : {&right_side_.nodes.x, &right_side_.nodes.y, &right_side_.nodes.z})
     for (double& r : *axis) r = -r;
   for (std::size_t i = 0; i < body.rest_volumes.size(); ++i)
     right_side_.cells[i] = body.rest_volumes[i] - solver_.volumes()[i];
+  if (prescribed) solver_.subtract(body, prescribed_, right_side_);
   const double lacking = solver_.norm(body, right_side_);
   solver_.solve(body, right_side_, step_, tolerance, most_iterations);
-  for (auto [u, x] : {std::pair{&step_.nodes.x, &body.positions.x},
-                      {&step_.nodes.y, &body.positions.y},
-                      {&step_.nodes.z, &body.positions.z},
-                      {&step_.cells, &multipliers_}})
-    add_scaled(1.0, u->data(), x->data(), x->size());
+  if (prescribed)
+    for (std::size_t i = 0; i < body.size(); ++i) step_.nodes.add(i, prescribed_.at(i));
+  move(body);
+  add_scaled(1.0, step_.cells.data(), multipliers_.data(), multipliers_.size());
   return lacking;
 }
 
-void ImplicitStep::solve(SoftBody& body) {
-  if (scheme_ == ImplicitScheme::energy_momentum) {
-    // The forces end up in balance to a hundredth, so that the ledger has next to nothing to correct.
-    constexpr double tenth = 0.1;
-    double first = 0.0;
-    for (int k = 0; k < most_steps; ++k) {
-      const double lacking = newton_step(body, {}, {}, tenth, k < fresh_matrices);
-      if (k == 0) first = lacking;
-      if (lacking <= tenth * first) break;
-    }
-  } else {
-    newton_step(body, {}, {}, 1e-3, true);
+/// Until what was lacking before the last step is `balanced` times what lacked at first, and as an energy,
+/// lacking²/h², a hundredth of the energy given.
+bool ImplicitStep::iterate(SoftBody& body, const Hold& hold, double tolerance, double balanced,
+                           double energy) {
+  const double affordable = 0.1 * h_ * std::sqrt(energy);
+  double first = 0.0, lacking = 0.0;
+  for (int k = 0; k < most_steps; ++k) {
+    lacking = newton_step(body, hold, tolerance, k);
+    if (k == 0) first = lacking;
+    if (lacking <= std::min(balanced * first, affordable)) break;
   }
-  if (!body.has_pins) restore_momentum(body);
+  solved_ = body.positions;
+  return lacking <= std::min(balanced * first, affordable);
 }
 
-void ImplicitStep::solve(SoftBody& body, std::span<const BlockedParticle> blocked,
+void ImplicitStep::solve(SoftBody& body) {
+  // The forces end up in balance to a hundredth, so that the ledger has next to nothing to correct.
+  if (scheme_ == ImplicitScheme::energy_momentum)
+    iterate(body, {{}, {}, 2}, 0.1, 0.1, internal_energy_);
+  else
+    newton_step(body, {{}, {}, 1}, 1e-3, 0);
+  solved_ = body.positions;
+  if (body.has_pins) return;
+  restore_momentum(body);
+  solved_ = body.positions;
+}
+
+bool ImplicitStep::solve(SoftBody& body, std::span<const BlockedParticle> blocked,
                          std::span<const Vec3> pushes) {
-  constexpr double coarse = 0.02, balanced = 1e-2;
-  double first = 0.0;
-  for (int k = 0; k < most_steps; ++k) {
-    const double lacking = newton_step(body, blocked, pushes, coarse, true);
-    if (k == 0) first = lacking;
-    if (lacking <= balanced * first) break;
-  }
+  const bool balanced = iterate(body, {blocked, pushes, most_steps}, 0.02, 0.02, energy_);
+  solver_.measure(body, body.positions);
   find_balance(body);
+  return balanced;
+}
+
+std::span<const Vec3> ImplicitStep::reactions(std::span<const BlockedParticle> blocked) {
+  reactions_.clear();
+  for (const BlockedParticle& held : blocked) reactions_.push_back(balance_.at(held.particle));
+  return reactions_;
 }
 
 // Springs carry no momentum. What the linear solve has done to it, a rotation and a translation of the end
@@ -185,7 +245,7 @@ void ImplicitStep::finish(SoftBody& body, double h) {
 }
 
 std::int64_t ImplicitStep::bytes() const {
-  const std::size_t doubles = 6 * 3 * turned_.size() + 3 * multipliers_.size();
+  const std::size_t doubles = 8 * 3 * turned_.size() + 3 * multipliers_.size();
   return solver_.bytes() + static_cast<std::int64_t>(doubles * sizeof(double));
 }
 

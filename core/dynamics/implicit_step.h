@@ -21,14 +21,16 @@ class ImplicitStep {
 
   /// A substep begins: the body goes to x', with what is pinned left to the caller.
   void begin(SoftBody& body, double h, ImplicitScheme scheme);
-  /// Moves the body on to x₁. Its volumes are right to the first order of what is left. In free flight linear
+  /// Moves the body on to x₁, from where it was solved last; what has been moved since stays there if it is
+  /// pinned. Its volumes are right to the first order of what is left. In free flight linear
   /// and angular momentum are kept to round-off.
   void solve(SoftBody& body);
   /// The same in contact: blocked particles stay where they are along what blocks them, and `pushes` (kg·m,
-  /// one each) work along the rest. Takes Newton steps until forces balance to a hundredth.
-  void solve(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes);
-  /// What holds a blocked particle there, impulse times h (kg·m).
-  Vec3 reaction(std::int32_t particle) const { return balance_.at(particle); }
+  /// one each) work along the rest. Takes Newton steps until forces balance to a hundredth; false when a
+  /// dozen do not.
+  bool solve(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes);
+  /// What holds the blocked particles there, impulse times h (kg·m).
+  std::span<const Vec3> reactions(std::span<const BlockedParticle> blocked);
   /// Velocities of the end positions, turned with the body.
   void finish(SoftBody& body, double h);
 
@@ -37,19 +39,30 @@ class ImplicitStep {
  private:
   void turn(SoftBody& body);
   void find_balance(const SoftBody& body);
-  double newton_step(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes,
-                     double tolerance, bool linearize);
+  /// What holds particles while a solve lasts, and how many of its steps take the matrix anew.
+  struct Hold {
+    std::span<const BlockedParticle> blocked;
+    std::span<const Vec3> pushes;
+    int fresh_matrices;
+  };
+  bool take_prescribed(SoftBody& body, const Hold& hold, int count);
+  void move(SoftBody& body);
+  double newton_step(SoftBody& body, const Hold& hold, double tolerance, int count);
+  bool iterate(SoftBody& body, const Hold& hold, double tolerance, double balanced, double energy);
   void restore_momentum(SoftBody& body);
 
   SaddleSolver solver_;
   ImplicitScheme scheme_ = ImplicitScheme::euler;
   double h_ = 0.0;
+  double energy_ = 0.0, internal_energy_ = 0.0;  ///< at the start, J; without the rigid motion
   RigidPart motion_;
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();
   Coordinates turned_, deformation_;  ///< x', h·R(d)
   Coordinates middle_, balance_;      ///< where J is taken; M(x − x̂) + h²/c·F − h²/c·Jᵀμ
+  Coordinates solved_, prescribed_;   ///< the last solution, and what was moved since
   SaddleVector right_side_, step_;
   std::vector<double> multipliers_;
+  std::vector<Vec3> reactions_, targets_;  ///< of the blocked particles
 };
 
 }  // namespace isochor

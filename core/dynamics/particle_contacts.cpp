@@ -73,6 +73,18 @@ Vec3 mean_shift(const Contact& contact) {
   return contact.planes ? Vec3(sum / contact.planes) : sum;
 }
 
+/// N_k of r = Σ N_k n_k + tangential.
+Vec3 normal_forces(const ParticleContact& contact, const Vec3& reaction) {
+  Eigen::Matrix3d gram = Eigen::Matrix3d::Identity();
+  Vec3 pressed = Vec3::Zero();
+  for (int a = 0; a < contact.planes; ++a) {
+    pressed[a] = contact.plane[a].normal.dot(reaction);
+    for (int b = 0; b < contact.planes; ++b)
+      gram(a, b) = contact.plane[a].normal.dot(contact.plane[b].normal);
+  }
+  return contact.planes > 1 ? Vec3(gram.ldlt().solve(pressed)) : pressed;
+}
+
 }  // namespace
 
 ContactDirections directions_of(const ParticleContact& contact) {
@@ -102,10 +114,13 @@ ParticleContacts::ParticleContacts(const SoftBody& body)
   particles_.reserve(surface_particles);
   blocked_.reserve(surface_particles);
   forces_.reserve(surface_particles);
+  frictions_.reserve(surface_particles);
   memory_.reserve(surface_particles);
 }
 
-void ParticleContacts::begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies) {
+void ParticleContacts::begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies,
+                             bool with_body) {
+  with_body_ = with_body;
   carriers_.begin(bodies);
   for (const Memory& memory : memory_) memory_slot_[memory.particle] = -1;
   memory_.clear();
@@ -208,6 +223,7 @@ Vec3 ParticleContacts::target(const SoftBody& body, const Contact& contact) cons
   if (contact.attached) return contact.anchor;
   if (contact.planes > 0 && contact.sticking)
     return onto_planes(contact, body.start_positions.at(i) + mean_shift(contact));
+  if (with_body_) return onto_planes(contact, body.positions.at(i));
   const Vec3 free = predicted_.at(i) + body.inverse_masses[i] * contact.push;
   return contact.planes > 0 ? onto_planes(contact, free + body.inverse_masses[i] * contact.friction) : free;
 }
@@ -222,6 +238,24 @@ void ParticleContacts::place(SoftBody& body) {
     const Eigen::Matrix3d free = contact.sticking ? Eigen::Matrix3d::Zero() : basis_of(contact).projector();
     blocked_.push_back({contact.particle, body.inverse_masses[contact.particle] * free});
     forces_.push_back(Vec3::Zero());
+  }
+}
+
+std::span<const Vec3> ParticleContacts::frictions() {
+  frictions_.clear();
+  for (const BlockedParticle& blocked : blocked_) {
+    const Contact& contact = particles_[slot_[blocked.particle]];
+    frictions_.push_back(contact.sticking ? Vec3(Vec3::Zero()) : contact.friction);
+  }
+  return frictions_;
+}
+
+void ParticleContacts::set_reactions(const SoftBody& body, std::span<const Vec3> reactions) {
+  predicted_ = body.positions;
+  for (std::size_t b = 0; b < blocked_.size(); ++b) {
+    const std::int32_t i = blocked_[b].particle;
+    particles_[slot_[i]].push.setZero();
+    predicted_.add(i, -body.inverse_masses[i] * reactions[b]);
   }
 }
 
@@ -249,16 +283,9 @@ bool ParticleContacts::update(const SoftBody& body, bool may_release) {
   return changed;
 }
 
-// r = Σ N_k n_k + tangential; the plane with the most negative N_k lets go.
+// The plane with the most negative N_k lets go.
 bool ParticleContacts::release(Contact& contact, const Vec3& reaction) {
-  Eigen::Matrix3d gram = Eigen::Matrix3d::Identity();
-  Vec3 pressed = Vec3::Zero();
-  for (int a = 0; a < contact.planes; ++a) {
-    pressed[a] = contact.plane[a].normal.dot(reaction);
-    for (int b = 0; b < contact.planes; ++b)
-      gram(a, b) = contact.plane[a].normal.dot(contact.plane[b].normal);
-  }
-  const Vec3 forces = contact.planes > 1 ? Vec3(gram.ldlt().solve(pressed)) : pressed;
+  const Vec3 forces = normal_forces(contact, reaction);
   int worst = 0;
   for (int k = 1; k < contact.planes; ++k)
     if (forces[k] < forces[worst]) worst = k;
@@ -327,11 +354,11 @@ double ParticleContacts::work(const SoftBody& body) const {
 }
 
 std::int64_t ParticleContacts::bytes() const {
-  return static_cast<std::int64_t>(3 * predicted_.size() * sizeof(double) +
-                                   particles_.capacity() * sizeof(Contact) +
-                                   blocked_.capacity() * sizeof(BlockedParticle) +
-                                   forces_.capacity() * sizeof(Vec3) + memory_.capacity() * sizeof(Memory) +
-                                   (slot_.capacity() + memory_slot_.capacity()) * sizeof(std::int32_t));
+  return static_cast<std::int64_t>(
+      3 * predicted_.size() * sizeof(double) + particles_.capacity() * sizeof(Contact) +
+      blocked_.capacity() * sizeof(BlockedParticle) +
+      (forces_.capacity() + frictions_.capacity()) * sizeof(Vec3) + memory_.capacity() * sizeof(Memory) +
+      (slot_.capacity() + memory_slot_.capacity()) * sizeof(std::int32_t));
 }
 
 }  // namespace isochor

@@ -16,9 +16,12 @@ class ParticleContacts {
   explicit ParticleContacts(const SoftBody& body);
 
   /// A new substep: no contact, x̂ = the body's positions. Friction starts from that of the last one. Planes
-  /// of the bodies given are carried by them.
-  void begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies = {});
+  /// of the bodies given are carried by them. with_body: the contacts are solved with all of the body
+  /// (set_reactions), so that what touches is moved onto its planes and nowhere else.
+  void begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies = {},
+             bool with_body = false);
   bool empty() const { return particles_.empty(); }
+  bool with_body() const { return with_body_; }
   std::int64_t count() const { return static_cast<std::int64_t>(particles_.size()); }
 
   /// Adds a plane, or replaces that of the same source.
@@ -36,6 +39,12 @@ class ParticleContacts {
   /// Replaces the plane of the same source. True when that leaves the particle off its place by more than the
   /// slop (m).
   bool renew_plane(const SoftBody& body, std::int32_t particle, const ContactPlane& plane, double slop);
+
+  /// The friction of each blocked particle (kg·m), where it does not stick.
+  std::span<const Vec3> frictions();
+  /// The reactions of the blocked particles (kg·m, in the order of blocked()) are known from a solve that
+  /// moved the whole body: x̂ becomes what gives them.
+  void set_reactions(const SoftBody& body, std::span<const Vec3> reactions);
 
   /// Moves every particle whose contacts have changed to where they let it be, and lists the blocked ones.
   void place(SoftBody& body);
@@ -86,12 +95,13 @@ class ParticleContacts {
   ContactCarriers carriers_;
   std::vector<Contact> particles_;
   std::vector<BlockedParticle> blocked_;
-  std::vector<Vec3> forces_;
+  std::vector<Vec3> forces_, frictions_;
   std::vector<std::int32_t> slot_;  ///< of each particle in particles_, or −1
   std::vector<Memory> memory_;
   std::vector<std::int32_t> memory_slot_;
   std::vector<BounceGain> gains_;
   double h_ = 0.0;
+  bool with_body_ = false;
 };
 
 }  // namespace isochor

@@ -243,6 +243,15 @@ void SaddleSolver::precondition_nodes(const SoftBody& body, const Coordinates& f
   filter(body, to);
 }
 
+void SaddleSolver::subtract(const SoftBody& body, const Coordinates& displacement, SaddleVector& right_side) {
+  multiply(body, displacement, rigid_);
+  rows_.multiply(displacement, divergence_);
+  axpy(-1.0, rigid_.x.data(), right_side.nodes.x.data(), body.size());
+  axpy(-1.0, rigid_.y.data(), right_side.nodes.y.data(), body.size());
+  axpy(-1.0, rigid_.z.data(), right_side.nodes.z.data(), body.size());
+  axpy(-1.0, divergence_.data(), right_side.cells.data(), divergence_.size());
+}
+
 /// to = P⁻¹·from; divergence_ = J·to.
 void SaddleSolver::precondition(const SoftBody& body, const SaddleVector& from, SaddleVector& to) {
   precondition_nodes(body, from.nodes, to.nodes);

@@ -33,6 +33,8 @@ class SaddleSolver {
             int max_iterations);
   /// √(Σ f²/diag A + Σ g²/diag S), f without what pins and blocked directions take.
   double norm(const SoftBody& body, const SaddleVector& residual);
+  /// right_side −= what a displacement that is not solved for does: A·d and J·d.
+  void subtract(const SoftBody& body, const Coordinates& displacement, SaddleVector& right_side);
   /// Takes the volumes, and only them, at these positions.
   void measure(const SoftBody& body, const Coordinates& positions) { rows_.measure(*body.mesh, positions); }
   /// m³ a cell, at the positions given last.

@@ -59,7 +59,10 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft,
     bool changed = round == 0;
     if (round > 0) {
       step.world.phases.run(Phase::contacts, [&] {
-        changed = contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
+        if (soft.pressed_implicitly)  // friction and release stand already
+          contacts.take_forces();
+        else
+          changed = contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
       });
       answer(step, soft);
     }
@@ -108,9 +111,13 @@ void hand_out(const Substep& step, SceneSoftBody& soft) {
 void constrain(const Substep& step, SceneSoftBody& soft) {
   const bool began_inverted = soft.inverted;
   soft.recovered = false;
+  soft.pressed_implicitly = soft.implicit && soft.contacts && step.world.massive.empty();
   if (soft.contacts)
-    step.world.phases.run(Phase::contacts,
-                          [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
+    step.world.phases.run(Phase::contacts, [&] {
+      soft.contacts->begin(soft.body, step.h, step.world.massive, soft.pressed_implicitly);
+    });
+  soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
+  if (soft.unbalanced && step.may_halve) return;
   const auto meet = [&](bool first) {
     if (soft.contacts) return project_with_contacts(step, soft, first);
     ProjectionRequest request = make_request(step.world, soft);
@@ -128,6 +135,8 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
     find_inverted(step, soft);
   }
   record(step, soft, result);
+  // What the projection had to move against stiff springs.
+  if (soft.pressed_implicitly && step.may_halve) soft.unbalanced = gains_energy(step, soft);
 }
 
 void recover_inverted(const Substep& step, SceneSoftBody& soft) {

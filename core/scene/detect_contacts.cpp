@@ -78,8 +78,8 @@ class RigidSweep {
     return plane_at(i, end - at_end.distance * at_end.normal, at_end.normal);
   }
 
-  /// The plane that the particle must stay in front of, when it is behind it by more than the slop.
-  bool meets(std::int32_t i, bool touching, ContactPlane& plane) const {
+  /// The plane that the particle must stay in front of, when it is behind it by more than what is tolerated.
+  bool meets(std::int32_t i, bool touching, double tolerated, ContactPlane& plane) const {
     const Vec3 start = from_.to_local(body_.start_positions.at(i)), end = to_.to_local(body_.positions.at(i));
     const SurfaceQuery at_end = shape_.query(end);
     const double path = (end - start).norm();
@@ -87,7 +87,7 @@ class RigidSweep {
     Vec3 point, normal;
     if (!entry(start, end, at_end, point, normal)) return false;
     plane = plane_at(i, point, normal);
-    return plane.offset - plane.normal.dot(body_.positions.at(i)) > (touching ? slop_ : 0.0);
+    return plane.offset - plane.normal.dot(body_.positions.at(i)) > tolerated;
   }
 
  private:
@@ -141,7 +141,10 @@ bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, Pa
         continue;
       }
       ContactPlane plane;
-      if (!sweep.meets(i, contacts.touches(i), plane)) continue;
+      const bool touching = contacts.touches(i);
+      // A stiff body that gives way as a whole would let go and take hold in turn for less.
+      const double tolerated = touching || contacts.with_body() ? sweep.slop() : 0.0;
+      if (!sweep.meets(i, touching, tolerated, plane)) continue;
       contacts.set_plane(body, i, plane);
       found = true;
     }

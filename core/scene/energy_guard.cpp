@@ -38,6 +38,22 @@ std::optional<double> allowed_energy(const World& world, const SceneSoftBody& so
   return start_energy(soft.body, world.scene.gravity) + std::max(work, 0.0);
 }
 
+bool gains_energy(const Substep& step, const SceneSoftBody& soft) {
+  const SoftBody& body = soft.body;
+  const auto allowed = allowed_energy(step.world, soft);
+  if (!allowed) return false;
+  const Vec3& gravity = step.world.scene.gravity;
+  double energy = spring_energy(body.springs, body.material, body.positions) + gravity_energy(body, gravity);
+  double inside = spring_energy(body.springs, body.material, body.start_positions) +
+                  0.5 * body.total_mass * (step.h * gravity).squaredNorm();
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 moved = body.positions.at(i) - body.start_positions.at(i);
+    energy += 0.5 * body.masses[i] * moved.squaredNorm() / (step.h * step.h);
+    inside += 0.5 * body.masses[i] * body.start_velocities.at(i).squaredNorm();
+  }
+  return energy > *allowed + 0.05 * inside;
+}
+
 bool keep_ledger(const World& world, SceneSoftBody& soft) {
   SoftBody& body = soft.body;
   const double excess = total_energy(body, world.scene.gravity) - soft.energy_ledger;

@@ -57,7 +57,7 @@ void Stepper::start_rigid(double h) {
 }
 
 void Stepper::advance(double h, int halvings) {
-  const Substep step{world_, stats_, h};
+  const Substep step{world_, stats_, h, halvings < max_halvings};
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;
@@ -65,10 +65,14 @@ void Stepper::advance(double h, int halvings) {
   for (SceneSoftBody& soft : world_.soft) predict(step, soft);
   for (SceneSoftBody& soft : world_.soft) constrain(step, soft);
   const bool inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
-  if (inverted && !began_inverted && halvings < max_halvings) {
+  const bool unbalanced = std::ranges::any_of(world_.soft, &SceneSoftBody::unbalanced);
+  if (((inverted && !began_inverted) || unbalanced) && step.may_halve) {
     stats_ = before;
     stats_.smallest_h = std::min(stats_.smallest_h, 0.5 * h);
-    for (SceneSoftBody& soft : world_.soft) restore_start(soft.body), soft.inverted = false;
+    for (SceneSoftBody& soft : world_.soft) {
+      restore_start(soft.body);
+      soft.inverted = began_inverted && any_inverted(*soft.body.mesh, soft.body.positions);
+    }
     world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.restore_start(); });
     advance(0.5 * h, halvings + 1);
     advance(0.5 * h, halvings + 1);
@@ -117,7 +121,7 @@ bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   soft.stepping = SpringIntegrator::implicit;
   soft.forces_valid = false;
   move_freely(step, soft);
-  constrain(step, soft);
+  constrain({step.world, step.stats, step.h}, soft);
   return false;
 }
 

@@ -18,7 +18,7 @@ class Stepper {
   void advance_jointed(double h);
   /// Rigid bodies go first: their impacts, joints and contacts among themselves.
   void start_rigid(double h);
-  /// Halves the substep while a tet inverts, at most 5 times.
+  /// Halves the substep while a tet inverts or an implicit solve fails, at most 5 times.
   void advance(double h, int halvings);
   void predict(const Substep& step, SceneSoftBody& soft);
   void move_freely(const Substep& step, SceneSoftBody& soft);

@@ -10,6 +10,7 @@ struct Substep {
   World& world;
   StepStats& stats;
   double h;
+  bool may_halve = false;  ///< a substep that fails is taken again in two halves
 };
 
 /// That of the body's integrator.
@@ -28,6 +29,11 @@ void follow_pins(World& world, SceneSoftBody& soft);
 /// inverted tets, alternating with both. Sets soft.inverted.
 void constrain(const Substep& step, SceneSoftBody& soft);
 
+/// Contacts of a body whose springs are stepped implicitly with bodies that have no mass to answer: balanced
+/// within the implicit solve, so that all of the body gives way and not the particles at its surface alone.
+/// What the projection still moves after it is of the second order. False when forces would not balance.
+bool press_implicitly(const Substep& step, SceneSoftBody& soft);
+
 /// Gives rigid bodies with a mass what the contacts of a soft one still owe them.
 void hand_out(const Substep& step, SceneSoftBody& soft);
 
@@ -38,6 +44,9 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft);
 /// What the body may have at the end of the substep: the energy of its start, and the work of what moves it
 /// by contact. Nothing where pins, attachments or the mouse move it, whose work is not known.
 std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft);
+/// The body, at the end of the substep but with its velocities still to be taken from its positions, has more
+/// energy than it is allowed, by over a twentieth of what it had inside.
+bool gains_energy(const Substep& step, const SceneSoftBody& soft);
 /// A body that swings freely has no more energy than its ledger: what the solve has left over is taken from
 /// its deformation. False when that has not enough.
 bool keep_ledger(const World& world, SceneSoftBody& soft);

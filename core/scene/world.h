@@ -27,11 +27,13 @@ struct SceneSoftBody {
   SpringIntegrator integrator = SpringIntegrator::symplectic;  ///< of its springs, never automatic
   std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
   SpringIntegrator stepping = SpringIntegrator::symplectic;    ///< that of this substep
-  double energy_ledger = 0.0;  ///< J; what a stiff and lively body may have, see Stepper::settle
-  bool finished = false;       ///< with this substep already
-  bool forces_valid = false;   ///< body.forces are those of the present positions
-  bool recovered = false;      ///< moved by the inequality of its tets in this substep
-  bool inverted = false;       ///< some tet was, at the end of the last substep
+  double energy_ledger = 0.0;       ///< J; what a stiff and lively body may have, see Stepper::settle
+  bool finished = false;            ///< with this substep already
+  bool forces_valid = false;        ///< body.forces are those of the present positions
+  bool pressed_implicitly = false;  ///< its contacts were balanced within the implicit solve
+  bool unbalanced = false;          ///< that solve failed
+  bool recovered = false;           ///< moved by the inequality of its tets in this substep
+  bool inverted = false;            ///< some tet was, at the end of the last substep
 };
 
 /// A compiled scene: what steps.

@@ -16,6 +16,63 @@ double energy(const Metrics& m) {
   return m.kinetic_energy + m.potential_energy;
 }
 
+struct Landing {
+  const char* name;
+  double turned;  ///< radians about (1, 0, 1)
+  bool on_sphere;
+};
+void PrintTo(const Landing& landing, std::ostream* out) {
+  *out << landing.name;
+}
+
+class ImplicitLanding : public ::testing::TestWithParam<std::tuple<Landing, double>> {};
+
+/// A cube of 4³ cells falls 0.2 m on a plane or on a unit sphere's half: it never has more energy than it
+/// fell with, whatever its stiffness, keeps its volume and stays outside.
+TEST_P(ImplicitLanding, GainsNoEnergy) {
+  const auto& [landing, stiffness] = GetParam();
+  Progress quiet;
+  Scene scene = stretched_cube(4, stiffness, 1.0 / 60.0, SpringIntegrator::implicit);
+  scene.gravity = Vec3(0.0, -9.81, 0.0);
+  std::get<DeformableBody>(scene.bodies[0].kind).start = StartState{};
+  scene.bodies[0].position = Vec3(landing.on_sphere ? 0.2 : 0.0, landing.turned > 0.0 ? 1.1 : 0.7, 0.0);
+  scene.bodies[0].orientation =
+      Eigen::Quaterniond(Eigen::AngleAxisd(landing.turned, Vec3(1.0, 0.0, 1.0).normalized()));
+  RigidBody ground;
+  ground.is_static = true;
+  if (landing.on_sphere)
+    ground.shape = SphereShape{0.5};
+  else
+    ground.shape = PlaneShape{};
+  scene.bodies.resize(2);
+  scene.bodies[1].name = "ground";
+  scene.bodies[1].kind = ground;
+  scene.bodies[1].position = Vec3(0.0, landing.on_sphere ? -0.5 : 0.0, 0.0);
+  const auto simulation = compile(scene, quiet);
+  const double start = energy(simulation->snapshot().metrics);
+  constexpr double fall = 1000.0 * 9.81 * 0.2;
+  bool touched = false;
+  for (int frame = 0; frame < 40; ++frame) {
+    const Metrics m = simulation->step(quiet).metrics;
+    touched |= m.contacts > 0;
+    ASSERT_LE(energy(m) - start, 0.05 * fall) << "frame " << frame;
+    EXPECT_LE(m.max_cell_volume_error, 1e-6) << "frame " << frame;
+    EXPECT_LE(m.max_penetration, 1e-3 * 0.25) << "frame " << frame;
+    EXPECT_EQ(m.inverted, 0) << "frame " << frame;
+  }
+  EXPECT_TRUE(touched);
+}
+INSTANTIATE_TEST_SUITE_P(Stiffness, ImplicitLanding,
+                         ::testing::Combine(::testing::Values(Landing{"Flat", 0.0, false},
+                                                              Landing{"OnAnEdge", 0.5, false},
+                                                              Landing{"OnASphere", 0.0, true}),
+                                            ::testing::Values(1e4, 1e6, 1e8, 1e10, 1e12)),
+                         [](const auto& param) {
+                           return std::string(std::get<0>(param.param).name) + "At1e" +
+                                  std::to_string(
+                                      static_cast<int>(std::lround(std::log10(std::get<1>(param.param)))));
+                         });
+
 class ImplicitStiffness : public ::testing::TestWithParam<double> {};
 
 /// Released stretched at constant volume: finite, the volume kept, energy never above the start's.

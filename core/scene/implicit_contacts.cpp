@@ -1,0 +1,30 @@
+#include "core/scene/detect_contacts.h"
+#include "core/scene/substep.h"
+
+namespace isochor {
+
+// The active set is that of project_with_contacts, but a round solves springs, volume and contacts together.
+bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
+  constexpr int judging_rounds = 8, most_rounds = 12;  // later ones only add to the set, so that it ends
+  SoftBody& body = soft.body;
+  ParticleContacts& contacts = *soft.contacts;
+  PhaseList& phases = step.world.phases;
+  for (int round = 0; round < most_rounds; ++round) {
+    bool changed = false;
+    phases.run(Phase::contacts, [&] {
+      if (round > 0 && round <= judging_rounds) changed = contacts.update(body, true);
+      changed |= detect_contacts(body, step.world.rigid, step.h, contacts);
+      if (changed) contacts.place(body);
+    });
+    if (!changed) return true;
+    bool balanced = false;
+    phases.run(stepping_phase(soft), [&] {
+      balanced = soft.implicit->solve(body, contacts.blocked(), contacts.frictions());
+      contacts.set_reactions(body, soft.implicit->reactions(contacts.blocked()));
+    });
+    if (!balanced) return false;
+  }
+  return true;
+}
+
+}  // namespace isochor
