@@ -214,6 +214,21 @@ double RigidWorld::time() const {
   return impl_->time;
 }
 
+void RigidWorld::set_time(double seconds) {
+  impl_->time = seconds;
+  for (BodyRecord& body : impl_->bodies)
+    if (body.motion) body.state.pose = pose_at(*body.motion, body.start, seconds);
+}
+
+void RigidWorld::set_state(int body, const RigidBodyState& state) {
+  RigidBodyState& mine = impl_->at(body).state;
+  if (!mine.dynamic()) return;
+  mine.pose = state.pose;
+  mine.velocity = state.velocity;
+  const Eigen::Quaterniond& q = mine.pose.orientation;
+  mine.angular_momentum = q * (mine.inertia * (q.conjugate() * state.angular_velocity()));
+}
+
 double RigidWorld::kinetic_energy() const {
   double sum = 0.0;
   for (const BodyRecord& body : impl_->bodies) sum += isochor::kinetic_energy(body.state);

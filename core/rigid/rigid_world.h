@@ -74,6 +74,10 @@ class RigidWorld {
   void move_body(int body, const Pose& pose, double duration);
 
   double time() const;
+  /// Goes on from another time: bodies without mass stand where their motions have them then.
+  void set_time(double seconds);
+  /// Pose and velocities for a body with a mass, whatever its own.
+  void set_state(int body, const RigidBodyState& state);
   double kinetic_energy() const;  ///< of the dynamic bodies, as all totals
   double gravity_energy() const;  ///< −Σ m g·x
   Vec3 linear_momentum() const;

@@ -12,4 +12,7 @@ World build_world(const Scene& scene, Progress& progress);
 void build_springs(SceneSoftBody& soft);
 void build_projector(SceneSoftBody& soft, const SolverOptions& solver);
 
+/// Time, and the motion of the bodies that have a namesake in `before`.
+void continue_state(World& world, const World& before);
+
 }  // namespace isochor

@@ -58,6 +58,14 @@ class CompiledSimulation final : public Simulation {
     return static_cast<double>(seq_) >= *world_.scene.duration * world_.scene.frame_rate - 1e-9;
   }
 
+  void continue_from(const Simulation& simulation) override {
+    const auto& before = dynamic_cast<const CompiledSimulation&>(simulation);  // compile() makes no others
+    continue_state(world_, before.world_);
+    seq_ = before.seq_;
+    plan_phases(world_);
+    metrics_ = measure(world_, StepStats{});
+  }
+
   const Scene& scene() const override { return world_.scene; }
   std::vector<PlannedPhase> plan() const override { return world_.phases.plan(); }
 

@@ -52,6 +52,9 @@ class Simulation {
   /// The same without the snapshot: once warm, a compiled scene allocates nothing here.
   virtual void advance(const Progress& progress) { step(progress); }
   virtual bool finished() const = 0;
+  /// Goes on from where another run stands, of a scene whose bodies may be others: time and frames count on,
+  /// and bodies of the same name keep their motion; those without mass stand as this scene has them.
+  virtual void continue_from(const Simulation& before) = 0;
 
   virtual const Scene& scene() const = 0;
   virtual std::vector<PlannedPhase> plan() const = 0;

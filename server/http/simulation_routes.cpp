@@ -35,6 +35,16 @@ std::string scene_text(const Api& api, const std::string& body) {
   return wanted.sample ? sample_scene(api, *wanted.sample) : body;
 }
 
+/// The first build goes on from where `before` stands; a restart begins as the scene says.
+SimulationRunner::Build build_of(Api& api, const Scene& scene, std::shared_ptr<SimulationRunner> before) {
+  return [&api, scene, before](Progress& progress) mutable {
+    auto simulation = build_simulation(api, scene, progress);
+    if (before) before->look([&](const Simulation& run) { simulation->continue_from(run); }, progress);
+    before.reset();
+    return simulation;
+  };
+}
+
 Response post_simulation(Api& api, const Request& request) {
   // An empty base keeps the names of meshes as they were given: they are looked up, never opened.
   const Scene scene = read_scene(scene_text(api, request.body), "");
@@ -42,8 +52,9 @@ Response post_simulation(Api& api, const Request& request) {
   options.fast = query_choice(request, "pace", {"realtime", "fast"}, 0) == 1;
   options.playing = query_choice(request, "state", {"paused", "playing"}, 0) == 1;
   const std::int64_t wait_ms = query_integer(request, "wait_ms", 2000, 0, 10000);
-  const auto build = [&api, scene](Progress& progress) { return build_simulation(api, scene, progress); };
-  const auto runner = api.simulations.create(build, options);
+  const std::string* before = request.parameter("continues");
+  const auto runner =
+      api.simulations.create(build_of(api, scene, before ? api.simulations.find(*before) : nullptr), options);
   return when(runner, 201, wait_ms, [](const RunView& view) { return view.state != RunState::preparing; });
 }
 
@@ -229,6 +240,8 @@ std::vector<Route> simulation_routes(Api& api) {
        .query = {{"wait_ms", R"({"type":"integer","minimum":0,"maximum":10000})",
                   "Answer after this time at the latest"},
                  {"pace", R"({"enum":["realtime","fast"]})", "Real time, or as fast as it goes"},
+                 {"continues", R"({"type":"string"})",
+                  "A simulation to go on from: time and the motion of the bodies of the same names are its"},
                  {"state", R"({"enum":["paused","playing"]})", "playing: start at once"}}},
       {.method = "GET",
        .pattern = "/api/v1/simulations/{id}",

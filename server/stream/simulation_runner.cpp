@@ -1,8 +1,10 @@
 #include "server/stream/simulation_runner.h"
 
 #include <algorithm>
+#include <future>
 #include <utility>
 
+#include "server/job_queue/guarded.h"
 #include "server/job_queue/retry_allocation.h"
 #include "server/problem.h"
 
@@ -199,6 +201,30 @@ void SimulationRunner::set_pace(bool fast) {
 
 void SimulationRunner::set_speed(double speed) {
   edit([&] { view_.speed = speed; });
+}
+
+void SimulationRunner::look(const std::function<void(const Simulation&)>& at, const Progress& progress) {
+  // Nothing of a caller that no longer waits is touched.
+  const auto wanted = std::make_shared<Guarded<const std::function<void(const Simulation&)>*>>(&at);
+  const auto task =
+      std::make_shared<std::packaged_task<void(const Simulation&)>>([wanted](const Simulation& simulation) {
+        wanted->with([&](const auto* look) {
+          if (look) (*look)(simulation);
+        });
+      });
+  std::future<void> seen = task->get_future();
+  change(
+      "look", [task](Simulation& simulation) { (*task)(simulation); }, false);
+  try {
+    while (seen.wait_for(std::chrono::milliseconds(10)) == std::future_status::timeout) {
+      progress.throw_if_cancelled();
+      if (const RunView now = view(); now.failure) throw *now.failure;
+    }
+  } catch (...) {
+    wanted->with([](auto& look) { look = nullptr; });
+    throw;
+  }
+  seen.get();
 }
 
 void SimulationRunner::change(const std::string& name, Change change, bool persists) {

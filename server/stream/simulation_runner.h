@@ -66,6 +66,9 @@ class SimulationRunner {
   /// restart.
   using Change = std::function<void(Simulation&)>;
   void change(const std::string& name, Change change, bool persists);
+  /// Shows the simulation between two steps, and returns when that is done. Throws cancelled with the
+  /// caller's progress, and what became of a run that failed.
+  void look(const std::function<void(const Simulation&)>& at, const Progress& progress);
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -48,6 +48,22 @@ TEST_F(SimulationsApi, ASceneStartsPausedWithItsPlan) {
   EXPECT_TRUE(absent_with_reason);
 }
 
+TEST_F(SimulationsApi, ARunGoesOnWithOtherBodies) {
+  const std::string path = create(falling_box);
+  client_.send_json("POST", path + "/steps", {{"count", 6}});
+  json scene = falling_box;
+  scene["bodies"][1]["shape"]["sphere"]["radius"] = 0.7;
+  const std::string id = path.substr(path.rfind('/') + 1), next = create(scene, "?continues=" + id);
+  EXPECT_EQ(client_.get(next).json()["seq"], 6);
+  EXPECT_EQ(client_.get(next + "/frames/6?encoding=f64").json()["bodies"],
+            client_.get(path + "/frames/6?encoding=f64").json()["bodies"]);
+  client_.send("DELETE", path);
+  EXPECT_EQ(client_.send("POST", next + "/steps").json()["seq"], 7);
+  patch(next, {{"restart", true}});
+  EXPECT_EQ(client_.get(next).json()["seq"], 0);
+  EXPECT_EQ(client_.send_json("POST", "/api/v1/simulations?continues=s999", scene).status, 404);
+}
+
 TEST_F(SimulationsApi, StepsAreFramesAndCanBeReadAgain) {
   const std::string path = create(falling_box);
   const HttpResponse stepped = client_.send_json("POST", path + "/steps", {{"count", 6}});

@@ -36,6 +36,7 @@ class FakeSimulation final : public Simulation {
     return snapshot();
   }
   bool finished() const override { return seq_ >= frames_; }
+  void continue_from(const Simulation& before) override { seq_ = before.snapshot().seq; }
   const Scene& scene() const override { return scene_; }
   std::vector<PlannedPhase> plan() const override {
     return {{"springs", true, "the scene has \"springs\"", 128, 0.5},
