@@ -13,5 +13,7 @@ install(TARGETS isochor RUNTIME)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/isochor.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/isochor.bash
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME isochor)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples ${PROJECT_SOURCE_DIR}/web
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor PATTERN "*.py" EXCLUDE)
+set(web ${PROJECT_SOURCE_DIR}/web)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor PATTERN "*.py" EXCLUDE)
+install(DIRECTORY ${web}/bundle ${web}/report DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor/web)
+install(DIRECTORY ${web}/node_modules/uplot DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor/web/node_modules)

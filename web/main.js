@@ -1,7 +1,10 @@
-import {make_app, load_tables} from './work/app.js';
+import {Client} from './wire/client.js';
+import {make_app, load_tables, tables} from './work/app.js';
+import {sample_path} from './work/meshing.js';
 import {accept_drops} from './work/dropping.js';
 import {watch_server} from './work/connection.js';
 import {listen_to_keys} from './work/shortcuts.js';
+import {no_view} from './panels/no_view.js';
 import {header} from './panels/header.js';
 import {stages_panel} from './panels/stages.js';
 import {inspector} from './panels/inspector.js';
@@ -16,12 +19,16 @@ import {h} from './ui/dom.js';
 const preferred = matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark';
 document.documentElement.dataset.theme = localStorage.getItem('isochor-theme') ?? preferred;
 
-const app = make_app();
+// The server works while the view is made.
+const client = new Client();
+for (const path of tables) client.ahead('GET', path);
+if (!location.hash) client.ahead('POST', sample_path('tree'));
+const app = make_app(client);
 const cards = problem_cards(app);
 
 function lay_out() {
   const view = h('main', {class: 'viewport', 'aria-label': 'View'},
-    app.viewport.canvas, camera_bar(app), progress_card(app), cards);
+    app.viewport.renderer ? [app.viewport.canvas, camera_bar(app)] : no_view(), h('div', {class: 'notices'}, progress_card(app), cards));
   document.body.append(header(app), view, view_bar(app), transport(app), stages_panel(app), inspector(app), status_line(app));
 }
 
@@ -31,11 +38,10 @@ async function start() {
   listen_to_keys(app);
   accept_drops(app);
   watch_server(app);
-  app.looking.update();
   if (!await app.restore(location.hash)) await app.open_sample('tree');
 }
 
 start().catch(problem => {
   if (problem.status === 401) ask_for_token(app.client);
-  else document.body.append(cards), app.report(problem);
+  else document.body.append(h('div', {class: 'notices'}, cards)), app.report(problem);
 });

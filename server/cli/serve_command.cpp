@@ -11,7 +11,7 @@ void run_serve(CliContext& context, ServeOptions options, double memory_gib) {
   options.json = context.json;
   options.memory_limit = static_cast<std::int64_t>(memory_gib * (1 << 30));
   if (options.samples_folder.empty()) options.samples_folder = data_folder("samples").string();
-  if (options.web_folder.empty()) options.web_folder = data_folder("web").string();
+  if (options.web_folder.empty()) options.web_folder = data_folder("web/bundle").string();
   set_thread_count(context.threads);
   context.exit_code = serve(options);
 }

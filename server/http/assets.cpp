@@ -25,13 +25,6 @@ constexpr std::array media_types{std::pair{".html"sv, "text/html; charset=utf-8"
                                  std::pair{".woff2"sv, "font/woff2"sv},
                                  std::pair{".webmanifest"sv, "application/manifest+json"sv}};
 
-/// Of the page's dependencies only what its modules import.
-constexpr std::array vendor_files{
-    std::pair{"/vendor/three/three.module.js"sv, "three/build/three.module.js"sv},
-    std::pair{"/vendor/three/three.core.js"sv, "three/build/three.core.js"sv},
-    std::pair{"/vendor/uplot/uPlot.esm.js"sv, "uplot/dist/uPlot.esm.js"sv},
-    std::pair{"/vendor/uplot/uPlot.min.css"sv, "uplot/dist/uPlot.min.css"sv}};
-
 std::string_view media_type(const fs::path& file) {
   const std::string extension = file.extension().string();
   for (const auto& [suffix, type] : media_types)
@@ -72,8 +65,7 @@ std::vector<fs::path> files_below(const fs::path& folder) {
   std::error_code none;
   for (auto it = fs::recursive_directory_iterator(folder, none); it != fs::recursive_directory_iterator();
        ++it) {
-    if (it->is_directory() &&
-        (it->path().filename() == "node_modules" || it->path().filename().string()[0] == '.'))
+    if (it->is_directory() && it->path().filename() == "node_modules")
       it.disable_recursion_pending();
     else if (it->is_regular_file() && !media_type(it->path()).empty())
       files.push_back(it->path());
@@ -92,9 +84,6 @@ Assets::Assets(const fs::path& web_folder, const std::string& token) {
   if (web_folder.empty()) return;
   for (const fs::path& file : files_below(web_folder))
     add(file, "/" + file.lexically_relative(web_folder).generic_string(), token);
-  for (const auto& [url, file] : vendor_files)
-    if (const fs::path path = web_folder / "node_modules" / file; fs::exists(path))
-      add(path, std::string(url), token);
   if (const auto index = files_.find("/index.html"); index != files_.end()) files_["/"] = index->second;
 }
 

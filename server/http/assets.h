@@ -11,8 +11,7 @@ namespace isochor {
 /// The page's files, read once at the start: no path from a request ever reaches the file system.
 class Assets {
  public:
-  /// Takes the page's own files and, of node_modules, those that its modules import (as /vendor/…). token
-  /// fills the meta element isochor-token of the HTML; empty leaves it empty.
+  /// Takes the folder's files. token fills the meta element isochor-token of the HTML; empty leaves it empty.
   Assets(const std::filesystem::path& web_folder, const std::string& token);
 
   /// path as in the URL; nullopt when there is no such file. Gzip for those who accept it.

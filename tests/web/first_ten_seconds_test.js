@@ -1,12 +1,9 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {readFile} from 'node:fs/promises';
-import {posix} from 'node:path';
-import {browser_tests, eventually, no_complaints, tets} from './support/browser.js';
+import {browser_tests, eventually, no_complaints, tets, tets_ready} from './support/browser.js';
 import {look} from './support/pixels.js';
 
 const {open} = browser_tests();
-const web = new URL('../../web/', import.meta.url);
 
 test('the first visit shows the sample tree and its tets half open, and says nothing in the console', async () => {
   const page = await open();
@@ -20,22 +17,17 @@ test('the first visit shows the sample tree and its tets half open, and says not
   await page.context().close();
 });
 
-/// The modules that a module imports, directly or not, by their paths in web/.
-async function imports_of(path, found = new Set()) {
-  const text = await readFile(new URL(path, web), 'utf8');
-  for (const [, relative] of text.matchAll(/from '(\.[^']+)'/g)) {
-    const imported = posix.join(posix.dirname(path), relative);
-    if (imported.startsWith('vendor/') || found.has(imported)) continue;
-    found.add(imported);
-    await imports_of(imported, found);
-  }
-  return found;
-}
-
-test('the page preloads every module that it imports, so that none waits for another', async () => {
-  const html = await readFile(new URL('index.html', web), 'utf8');
-  const preloaded = [...html.matchAll(/modulepreload" href="([^"]+)"/g)].map(([, path]) => path).filter(path => !path.startsWith('vendor/'));
-  assert.deepEqual(preloaded.sort(), [...await imports_of('main.js')].sort());
+test('the page comes in a handful of files, and its first model is under way before anything is drawn', async () => {
+  const page = await open({wait: false});
+  const asked = await page.evaluate(() => performance.getEntriesByType('resource').map(({name}) => new URL(name).pathname));
+  assert.ok(asked.filter(path => /\.(js|css)$/.test(path)).length <= 4, asked.join());
+  await tets_ready(page);
+  const at = await page.evaluate(() => {
+    const model = performance.getEntriesByType('resource').find(({name}) => name.includes('/models?'));
+    return {model: model.startTime, drawn: performance.getEntriesByName('first-contentful-paint')[0].startTime};
+  });
+  assert.ok(at.model < at.drawn, JSON.stringify(at));
+  await page.context().close();
 });
 
 test('the first press on play moves the tree', async () => {

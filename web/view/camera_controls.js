@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 
 const pole = 0.01;  // radians kept from straight up and down
 

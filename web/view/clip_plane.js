@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 
 const axes = {x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1]};
 

@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {solid_material} from './shading.js';
 
 const grid_vertex = `

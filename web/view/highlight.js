@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {face_corners, faces_per_cell} from './cell_topology.js';
 
 const line_material = color => new THREE.LineBasicMaterial({color, depthTest: false, transparent: true});

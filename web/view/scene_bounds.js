@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 
 const half_size = {
   sphere: ({radius}) => [radius, radius, radius],

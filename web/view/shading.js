@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {color_maps} from './color_maps.js';
 
 // One material for everything solid: flat shading from derivatives, a hemisphere and a key light that travel with

@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
 import {tet_faces, tet_of_face} from './cell_topology.js';
 import {draw_cells, move_cells} from './cell_faces.js';

@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {theme_color} from '../ui/theme.js';
 import {fine_layer} from './viewport.js';
 import {apply_orthographic, no_clip, solid_material} from './shading.js';

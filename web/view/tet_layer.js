@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
 import {at_edge, draw_cells, seen} from './cell_faces.js';
 import {draw_cut} from './cut.js';

@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
@@ -16,8 +16,7 @@ export class Viewport extends EventTarget {
     this.store = store;
     this.canvas = h('canvas', {class: 'view', tabindex: '0', role: 'application',
       'aria-label': '3D view. Arrow keys orbit, with Shift they pan; plus and minus zoom; F fits.'});
-    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: true, alpha: true});
-    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;  // the materials encode by themselves
+    this.renderer = make_renderer(this.canvas);
     this.scene = new THREE.Scene();
     this.model = new THREE.Group();
     this.model.matrixAutoUpdate = false;
@@ -26,7 +25,9 @@ export class Viewport extends EventTarget {
     this.orthographic = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 100);
     this.controls = new CameraControls(this.canvas, (camera, done) => this.moved(camera, done));
     this.bounds = new THREE.Box3(new THREE.Vector3(-0.5, -0.5, -0.5), new THREE.Vector3(0.5, 0.5, 0.5));
-    new ResizeObserver(() => this.resize()).observe(this.canvas);
+    this.canvas.addEventListener('webglcontextrestored', () => this.invalidate());
+    this.size = {width: 1, height: 1};
+    new ResizeObserver(([{contentRect}]) => this.resize(contentRect)).observe(this.canvas);
     store.on(['view.camera', 'view.orthographic'], () => this.adopt_camera());
   }
 
@@ -87,12 +88,12 @@ export class Viewport extends EventTarget {
   }
 
   aspect() {
-    return Math.max(0.1, this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight));
+    return Math.max(0.1, this.size.width / Math.max(1, this.size.height));
   }
 
-  resize() {
-    const {clientWidth: width, clientHeight: height} = this.canvas;
-    if (!width || !height) return;
+  resize({width, height}) {
+    if (!width || !height || !this.renderer) return;
+    this.size = {width, height};
     this.fence = null;
     this.set_sharpness(1);
     if (!this.store.get('view.camera')) this.fit(null, false);
@@ -100,6 +101,7 @@ export class Viewport extends EventTarget {
   }
 
   invalidate() {
+    if (!this.renderer) return;
     this.asked ??= performance.now();
     this.pending ??= requestAnimationFrame(() => this.draw());
   }
@@ -129,8 +131,11 @@ export class Viewport extends EventTarget {
     this.sharpness = sharpness;
     this.mean = 0;
     for (const camera of [this.perspective, this.orthographic]) camera.layers[sharpness < 1 ? 'disable' : 'enable'](fine_layer);
-    this.renderer.setPixelRatio(sharpness * Math.min(2, devicePixelRatio));
-    this.renderer.setSize(this.canvas.clientWidth, this.canvas.clientHeight, false);
+    const {width, height} = this.size, ratio = sharpness * Math.min(2, devicePixelRatio);
+    // One new drawing buffer, which costs tens of milliseconds without a graphics processor.
+    if (this.drawn_at?.join() === [width, height, ratio].join()) return;
+    this.drawn_at = [width, height, ratio];
+    this.renderer.setDrawingBufferSize(width, height, ratio);
   }
 
   draw() {
@@ -190,6 +195,15 @@ export class Viewport extends EventTarget {
     this.draw();
     return new Promise(resolve => this.canvas.toBlob(resolve, 'image/png'));
   }
+}
+
+/// Null where the browser has no WebGL 2: all but the picture works without.
+function make_renderer(canvas) {
+  const context = canvas.getContext('webgl2', {antialias: true, alpha: true, premultipliedAlpha: true});
+  if (!context) return null;
+  const renderer = new THREE.WebGLRenderer({canvas, context});
+  renderer.outputColorSpace = THREE.LinearSRGBColorSpace;  // the materials encode by themselves
+  return renderer;
 }
 
 function make_marker(scene) {

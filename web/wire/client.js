@@ -15,6 +15,7 @@ export class Client extends EventTarget {
   constructor(base = './api/v1') {
     super();
     this.base = base;
+    this.begun = new Map();
     this.keep_token(document.querySelector('meta[name=isochor-token]').content || brought_token() || sessionStorage.getItem('isochor-token'));
   }
 
@@ -37,6 +38,19 @@ export class Client extends EventTarget {
     return new URL(this.url(path), location.href).href;
   }
 
+  /// Sends a request before anybody asks for its answer; the first who does takes it.
+  ahead(method, path) {
+    const answer = this.request(method, path).then(response => response.json());
+    answer.catch(() => {});
+    this.begun.set(`${method} ${path}`, answer);
+  }
+
+  begun_by(method, path) {
+    const answer = this.begun.get(`${method} ${path}`);
+    this.begun.delete(`${method} ${path}`);
+    return answer;
+  }
+
   async request(method, path, {json, body, headers = {}, signal} = {}) {
     const init = {method, signal, headers: {...this.credentials(), ...headers}};
     if (json !== undefined) {
@@ -45,23 +59,32 @@ export class Client extends EventTarget {
     } else if (body !== undefined) {
       init.body = body;
     }
-    let response;
-    try {
-      response = await fetch(this.url(path), init);
-    } catch (error) {
-      if (error.name === 'AbortError') throw error;
-      this.dispatchEvent(new Event('lost'));
-      throw lost();
+    let response = await this.fetch(path, init);
+    if (response.status === 503) {
+      await new Promise(resolve => setTimeout(resolve, 1000 * (response.headers.get('Retry-After') ?? 1)));
+      response = await this.fetch(path, init);
     }
     if (!response.ok) throw await problem_of(response);
     return response;
   }
 
+  async fetch(path, init) {
+    try {
+      return await fetch(this.url(path), init);
+    } catch (error) {
+      if (error.name === 'AbortError') throw error;
+      this.dispatchEvent(new Event('lost'));
+      throw lost();
+    }
+  }
+
   async get(path, options) {
-    return (await this.request('GET', path, options)).json();
+    return this.begun_by('GET', path) ?? (await this.request('GET', path, options)).json();
   }
 
   async send(method, path, json, options) {
+    const begun = this.begun_by(method, path);
+    if (begun) return begun;
     const response = await this.request(method, path, {json, ...options});
     return response.status === 204 ? null : response.json();
   }

@@ -1,6 +1,6 @@
 import {Problem} from './client.js';
 
-const worker = new Worker(new URL('./data_worker.js', import.meta.url), {type: 'module'});
+const worker = new Worker('data_worker.js', {type: 'module'});
 const waiting = new Map();
 let next_id = 0;
 

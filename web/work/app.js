@@ -1,4 +1,4 @@
-import {Client, Problem} from '../wire/client.js';
+import {Problem} from '../wire/client.js';
 import {load} from '../wire/data.js';
 import {default_state} from '../state/defaults.js';
 import {Store, copy} from '../state/store.js';
@@ -18,8 +18,7 @@ import {report_problems} from './problems.js';
 
 /// Everything that the panels share, and what a person can do. Events on `events`: say, problem, solved, scene,
 /// picked, ray, theme, server, collider.
-export function make_app() {
-  const client = new Client();
+export function make_app(client) {
   const store = new Store(copy(default_state));
   const app = {client, store, events: new EventTarget(), meshing: new Meshing(client, store),
     simulation: new Simulation(client), viewport: new Viewport(store), parameters: [], presets: [], samples: {meshes: [], scenes: []}};
@@ -41,13 +40,15 @@ async function run(app, action) {
   } catch (error) {
     if (error.name === 'AbortError') return null;
     if (!(error instanceof Problem) && !error.code) console.error(error);
-    app.report(error);
+    app.report(error, () => run(app, action));
     return null;
   }
 }
 
+export const tables = ['/parameters', '/samples'];
+
 export async function load_tables(app) {
-  const [schema, samples] = await Promise.all([app.client.get('/parameters'), app.client.get('/samples')]);
+  const [schema, samples] = await Promise.all(tables.map(path => app.client.get(path)));
   app.parameters = read_schema(schema);
   app.presets = schema['x-presets'] ?? [];
   app.samples = samples;

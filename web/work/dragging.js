@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 
 const key_step = 0.03;  // metres a key press
 

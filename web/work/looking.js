@@ -1,4 +1,4 @@
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 import {clip_plane} from '../view/clip_plane.js';
 import {grid_ink, grid_mesh} from '../view/collider_mesh.js';
 import {Highlight} from '../view/highlight.js';
@@ -17,6 +17,7 @@ export class Looking extends EventTarget {
   constructor(app) {
     super();
     const {store, viewport, meshing, simulation} = Object.assign(this, app);
+    this.run = action => app.run(action);
     this.surface = new SurfaceLayer(viewport, viewport.model);
     this.voxels = new VoxelLayer(viewport);
     this.tets = new TetLayer(viewport);
@@ -88,7 +89,7 @@ export class Looking extends EventTarget {
     grid_ink.value.set(theme_color('--grid'));
     const plane = this.plane = clip_plane(view.clip, this.model_bounds ?? this.viewport.bounds);
     const solid = layers.tets || layers.voxels;
-    if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.meshing.load_voxels();
+    if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.run(() => this.meshing.load_voxels());
     this.surface.show(layers.surface && Boolean(this.meshing.geometry));
     this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only, glass: view.surface_look === 'glass' && this.shows_inside(layers)});
     this.coloring = this.same_coloring(view) ?? tet_coloring(view.color_by, this.meshing, this.sim);

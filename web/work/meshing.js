@@ -3,6 +3,8 @@ import {finish_job} from '../wire/jobs.js';
 
 export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
 
+export const sample_path = name => `/meshes?sample=${encodeURIComponent(name)}`;
+
 /// The way from the mesh and the parameters of the state to a model. The newest request wins: while a slider moves,
 /// coarse previews follow each other; its release supersedes what is under way.
 /// Events: mesh, stages, model, cells, voxels, problem, progress.
@@ -38,7 +40,7 @@ export class Meshing extends EventTarget {
   }
 
   async fetch_mesh({sample, id, file}) {
-    if (sample) return this.client.send('POST', `/meshes?sample=${encodeURIComponent(sample)}`);
+    if (sample) return this.client.send('POST', sample_path(sample));
     if (id) return this.client.get(`/meshes/${id}`);
     const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file});
     return response.json();
@@ -119,10 +121,9 @@ export class Meshing extends EventTarget {
 
   async load_voxels() {
     const {model} = this;
-    if (!model || this.voxels || this.loading_voxels === model.id) return;
-    this.loading_voxels = model.id;
+    if (!model || this.voxels || this.loading_voxels === model) return;
+    this.loading_voxels = model;
     const voxels = await load(this.client, `/models/${model.id}`, 'load_voxels');
-    this.loading_voxels = null;
     if (this.model !== model) return;
     this.voxels = voxels;
     this.tell('voxels');

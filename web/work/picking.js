@@ -1,7 +1,7 @@
 import {exploded, indexed, raycast} from '../view/raycast.js';
 import {tet_of_face} from '../view/cell_topology.js';
 import {plane_in} from '../view/clip_plane.js';
-import * as THREE from '../three.js';
+import * as THREE from 'three';
 
 const click_slack = 4;  // pixels that a click may move
 
