@@ -2,7 +2,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {fileURLToPath} from 'node:url';
-import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
+import {browser_tests, drop, eventually, no_complaints, status} from './support/browser.js';
 import {look} from './support/pixels.js';
 
 const suite = browser_tests();
@@ -15,9 +15,16 @@ async function violations(page) {
 }
 
 for (const scheme of ['dark', 'light']) {
-  test(`axe finds nothing in the ${scheme} page, its dialogs and its simulation`, async () => {
+  test(`axe finds nothing in the ${scheme} page, its menus, dialogs, errors and its simulation`, async () => {
     const page = await suite.open({colorScheme: scheme});
     assert.deepEqual(await violations(page), []);
+    await page.getByRole('button', {name: 'Samples'}).click();
+    assert.deepEqual(await violations(page), []);
+    await page.keyboard.press('Escape');
+    await drop(page, 'broken.json', '{');
+    await page.locator('.problem-card').waitFor();
+    assert.deepEqual(await violations(page), []);
+    await page.locator('.problem-card').getByRole('button', {name: 'Dismiss'}).click();
     await page.keyboard.press('?');
     assert.deepEqual(await violations(page), []);
     await page.keyboard.press('Escape');

@@ -2,6 +2,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {browser_tests, eventually, no_complaints, status, tets} from './support/browser.js';
+import {look} from './support/pixels.js';
 
 const suite = browser_tests();
 
@@ -60,22 +61,29 @@ test('an orbit is one step, and fit shows everything again', async () => {
   await page.context().close();
 });
 
-test('a copied link shows the same parameters, clip and camera', async () => {
+test('a copied link shows the same picture in another browser: parameters, clip, camera and frame', async () => {
   const page = await suite.open();
   await type(cells(page), 14);
   await page.getByLabel('Clip axis').selectOption('x');
   await page.locator('canvas.view').focus();
   await page.keyboard.press('ArrowLeft');
   const made = await eventually(() => tets(page), n => n > 0 && n < 4000, 'the coarser model');
+  const step = page.getByRole('button', {name: 'Step (.)'});
+  const at_step = (shown, n) => shown.locator('.transport .time').filter({hasText: `step ${n} `}).waitFor();
+  for (const n of [1, 2, 3]) await step.click(), await at_step(page, n);
+  await page.getByRole('button', {name: 'Tets', exact: true}).click();
   await page.getByRole('button', {name: 'Share'}).click();
   await status(page).filter({hasText: /Link copied|The link stands/}).waitFor();
   const link = page.url();
   assert.ok(!link.includes(await page.locator('meta[name=isochor-token]').getAttribute('content')));
-  const copy = await suite.open({hash: new URL(link).hash});
+  const copy = await suite.open({hash: new URL(link).hash, wait: false});
+  await at_step(copy, 3);
   await eventually(() => tets(copy), n => n === made, 'the same model');
   assert.equal(await cells(copy).inputValue(), '14');
   assert.equal(await copy.getByLabel('Clip axis').inputValue(), 'x');
   await eventually(() => Promise.resolve(copy.url()), url => new URL(url).hash === new URL(link).hash, 'the same camera, so the same link');
+  const {sum} = await look(page);
+  await eventually(() => look(copy), seen => seen.sum === sum, 'the same picture');
   await page.context().close();
   await copy.context().close();
 });

@@ -1,6 +1,8 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {browser_tests, drop, status, tets, tets_ready} from './support/browser.js';
+import http from 'node:http';
+import {browser_tests, drop, open_page, status, tets, tets_ready} from './support/browser.js';
+import {start_server} from './support/server.js';
 
 const suite = browser_tests();
 const card = page => page.locator('.problem-card');
@@ -43,4 +45,91 @@ test('a link to a mesh that the server does not know says so, and the sample is 
   await way_on(page, /mesh/, 'Back to the sample tree');
   await tets_ready(page);
   await page.context().close();
+});
+
+const small = {width: 1160, height: 640};
+const step = page => page.getByRole('button', {name: 'Step (.)'}).click();
+const at_step = (page, n) => page.locator('.transport .time').filter({hasText: `step ${n} `}).waitFor();
+const exact = async (page, name, value) => {
+  await page.getByLabel(`${name}, exact value`, {exact: true}).fill(value);
+  await page.getByLabel(`${name}, exact value`, {exact: true}).press('Enter');
+};
+
+/// Deletes all resources of a kind, as another page on the same server may.
+const remove = (page, kind) => page.evaluate(async name => {
+  const headers = {Authorization: `Bearer ${sessionStorage.getItem('isochor-token')}`};
+  const all = (await (await fetch(`./api/v1/${name}`)).json())[name];
+  for (const {id} of all) await fetch(`./api/v1/${name}/${id}`, {method: 'DELETE', headers});
+}, kind);
+
+test('over the memory allowed: the largest setting that fits, one click away', async t => {
+  const server = await start_server(0, ['--memory', '0.3']);
+  t.after(() => server.stop());
+  const page = await open_page({browser: suite.browser, server}, small);
+  await exact(page, 'Voxels', '512');
+  await way_on(page, /512 voxels and \d+ cells may need [\d,]+ MiB, but 307 MiB are allowed/, /^Set Voxels to \d+$/);
+  await tets_ready(page);
+  await page.context().close();
+});
+
+test('a model, a mesh and a run that the server gave up are made again by one click', async () => {
+  const page = await suite.open(small);
+  await remove(page, 'models');
+  await page.getByRole('button', {name: 'Voxels', exact: true}).click();
+  await way_on(page, /[Mm]odel '.*' was deleted, or gave way/, 'Mesh it again');
+  await tets_ready(page);
+  await remove(page, 'meshes');
+  await exact(page, 'Cells', '30');
+  await way_on(page, /[Mm]esh '.*' was deleted, or gave way/, 'Open it again');
+  await tets_ready(page);
+  await step(page);
+  await at_step(page, 1);
+  await remove(page, 'simulations');
+  await step(page);
+  await way_on(page, /[Ss]imulation '.*' was deleted, or gave way/, 'Start the run again');
+  await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
+  await page.context().close();
+});
+
+test('too many streams: the card says so, and the run is joined by one click when some have ended', async () => {
+  const page = await suite.open(small);
+  await step(page);
+  await at_step(page, 1);
+  const {simulations: [{id}]} = await page.evaluate(async () => (await fetch('./api/v1/simulations')).json());
+  const viewers = await Promise.all(Array.from({length: 255}, () => new Promise(resolve => {
+    const request = http.get(`${suite.server.url}api/v1/simulations/${id}/frames`, {agent: false}, response => response.resume().on('error', () => {}) && resolve(request));
+    request.on('error', () => {});
+  })));
+  const other = await suite.open(small);
+  await step(other);
+  await card(other).waitFor();
+  for (const viewer of viewers) viewer.destroy();
+  await way_on(other, /256 streams are open/, 'Try again');
+  await step(other);
+  await at_step(other, 2);
+  await page.context().close();
+  await other.context().close();
+});
+
+test('a server that is busy is asked once more, then by one click', async () => {
+  const page = await suite.open(small);
+  let refused = 0;
+  await page.route('**/api/v1/models?*', route => ++refused <= 2 ? route.fulfill({status: 503, contentType: 'application/problem+json',
+    headers: {'Retry-After': '0'}, body: JSON.stringify({status: 503, code: 'busy', title: 'Service Unavailable', detail: 'too many requests are waiting', hint: 'try again'})}) : route.continue());
+  await exact(page, 'Cells', '28');
+  await way_on(page, /Too many requests are waiting/, 'Try again');
+  await tets_ready(page);
+  assert.equal(refused, 3);
+  await page.context().close();
+});
+
+test('without WebGL a sentence stands in place of the view, and all else works', async () => {
+  const page = await suite.browser.newPage();
+  await page.addInitScript(() => HTMLCanvasElement.prototype.getContext = () => null);
+  await page.goto(suite.server.url);
+  await tets_ready(page);
+  await page.getByText('No picture: this browser offers no WebGL 2').waitFor();
+  await step(page);
+  await at_step(page, 1);
+  await page.close();
 });

@@ -104,25 +104,32 @@ test('inverted tets are counted and glow crimson until they are cured', async ()
   await page.context().close();
 });
 
-test('colliders are added, moved, resized and removed', async () => {
+test('colliders are added, moved, resized and removed while it runs, which goes on', async () => {
   const page = await suite.open(small);
-  await page.getByRole('button', {name: 'Add a sphere'}).click();
-  await page.getByRole('button', {name: 'Add a box'}).click();
-  await page.getByRole('button', {name: 'Add a plane'}).click();
-  const sphere = page.locator('.collider', {hasText: 'sphere 1'});
   await play(page);
   await played_to(page, 0.05);
+  const scrub = page.getByRole('slider', {name: 'Frame'});
+  /// After the act the frames begin where the run was, and go on.
+  const goes_on = async act => {
+    const seq = Number(await scrub.inputValue());
+    await act();
+    await eventually(async () => Number(await scrub.getAttribute('min')), first => first >= seq, 'frames from where the run was');
+    await eventually(async () => Number(await scrub.getAttribute('max')), last => last > seq + 5, 'the run goes on');
+  };
+  for (const kind of ['sphere', 'box', 'plane']) await goes_on(() => page.getByRole('button', {name: `Add a ${kind}`}).click());
+  const sphere = page.locator('.collider', {hasText: 'sphere 1'});
   const moves = [];
   page.on('request', request => request.url().includes('/colliders/') && moves.push(request.postDataJSON()));
   await sphere.getByLabel('X, exact value', {exact: true}).fill('0.7');
   await sphere.getByLabel('X, exact value', {exact: true}).press('Enter');
   await eventually(() => Promise.resolve(moves.length), n => n === 1, 'the move is sent');
   assert.equal(moves[0].position[0], 0.7);
-  await sphere.getByLabel('Radius, exact value', {exact: true}).fill('0.3');
-  await sphere.getByLabel('Radius, exact value', {exact: true}).press('Enter');
-  await status(page).filter({hasText: 'The run started again: bodies and their sizes are compiled into it'}).waitFor();
+  await goes_on(async () => {
+    await sphere.getByLabel('Radius, exact value', {exact: true}).fill('0.3');
+    await sphere.getByLabel('Radius, exact value', {exact: true}).press('Enter');
+  });
   await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
-  await page.getByRole('button', {name: 'Remove box 1'}).click();
+  await goes_on(() => page.getByRole('button', {name: 'Remove box 1'}).click());
   assert.equal(await page.locator('.collider', {hasText: 'box 1'}).count(), 0);
   no_complaints(page);
   await page.context().close();

@@ -2,7 +2,7 @@ import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {open_dialog} from '../ui/dialog.js';
 import {download} from '../ui/dom.js';
-import {counted} from '../ui/format.js';
+import {capital, counted} from '../ui/format.js';
 import {animation_formats} from '../wire/animation.js';
 
 /// By consumer: what each gets, in which units and winding, with one click.
@@ -29,7 +29,7 @@ function row(title, note, extension, ...actions) {
 
 function export_row(app, {name, extension, consumers, conventions}, ready) {
   const save = button('Save', () => app.save_export(name), {name: 'down', label: `Save for ${consumers}`, disabled: !ready});
-  return row(consumers, conventions, extension, save);
+  return row(capital(consumers), conventions, extension, save);
 }
 
 function animation_rows(app) {

@@ -1,6 +1,6 @@
 import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
-import {bytes, count, number, percent} from '../ui/format.js';
+import {bytes, count, number, percent, sentence} from '../ui/format.js';
 import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
 import {picked_panel} from './picked_panel.js';
@@ -18,7 +18,7 @@ export function inspector(app) {
     panel('Plan', plan_panel(app)),
     panel('Error against run time', report_panel(app)),
     panel('Stability', stability_panel(app)));
-  app.simulation.addEventListener('bodies', () => root.scrollTo({top: live.offsetTop - root.offsetTop}));
+  app.simulation.addEventListener('bodies', () => app.simulation.continued || root.scrollTo({top: live.offsetTop - root.offsetTop}));
   return root;
 }
 
@@ -37,7 +37,7 @@ function model_facts(app) {
       ['Smallest dihedral', `${number(model.min_dihedral_deg)}°`], ['Worst scaled Jacobian', number(model.min_scaled_jacobian)],
       ['Inverted', count(model.inverted)], ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
     facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
-    warnings.replaceChildren(...(model.warnings ?? []).map(warning => h('li', {}, h('p', {}, warning),
+    warnings.replaceChildren(...(model.warnings ?? []).map(warning => h('li', {}, h('p', {}, sentence(warning)),
       app.ways_from_text(warning).map(({title, run}) => button(title, run)))));
   });
   return [facts, warnings];

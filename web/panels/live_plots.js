@@ -1,4 +1,4 @@
-import uPlot from '../uplot.js';
+import uPlot from 'uplot';
 import {h, once_a_frame} from '../ui/dom.js';
 import {theme_color} from '../ui/theme.js';
 import {number} from '../ui/format.js';
@@ -20,7 +20,7 @@ export function live_plots({simulation, events}) {
   let charts = null;
   let data = [];
   const clear = () => data = [];
-  simulation.addEventListener('bodies', () => (clear(), hint.hidden = true));
+  simulation.addEventListener('bodies', () => (simulation.continued || clear(), hint.hidden = true));
   let pending = false;
   simulation.addEventListener('frames', () => {
     const {seq, t, metrics} = simulation.buffer.last ?? {};

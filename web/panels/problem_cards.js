@@ -1,5 +1,6 @@
 import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
+import {sentence} from '../ui/format.js';
 
 /// What went wrong, where, and a way on: one card a problem, the newest below.
 export function problem_cards({events}) {
@@ -17,9 +18,9 @@ export function problem_cards({events}) {
 function problem_card(problem, actions) {
   const details = problem.errors?.map(({pointer, detail}) => h('li', {}, `${pointer.replace('/', '')}: ${detail}`)) ?? [];
   const card = h('div', {class: 'problem-card', 'data-code': String(problem.code)},
-    h('strong', {}, problem.detail ?? problem.message ?? problem.title),
+    h('strong', {}, sentence(problem.detail ?? problem.message ?? problem.title)),
     details.length > 1 ? h('ul', {}, details) : null,
-    problem.hint ? h('p', {class: 'quiet'}, problem.hint) : null,
+    problem.hint ? h('p', {class: 'quiet'}, sentence(problem.hint)) : null,
     h('div', {class: 'actions'},
       actions.map(({title, run}) => button(title, () => (card.remove(), run()), {class: 'primary'})),
       button('Dismiss', () => card.remove())));

@@ -2,9 +2,10 @@ import {same} from './store.js';
 
 const live_material = ['edge_stiffness', 'diagonal_stiffness', 'damping'];
 const live_pose = ['position', 'orientation'];
+const not_of_the_start = ['density', 'friction', 'restitution', 'self_contact'];
 
 /// What a running simulation must be told to get from one scene to another: a PATCH, colliders' new poses, and
-/// whether anything is left that needs compiling anew.
+/// whether anything is left that needs compiling anew (structural), and then the run to start again (restarts).
 export function difference(before, after) {
   const patch = {};
   for (const name of ['gravity', 'solver']) if (!same(before[name], after[name])) patch[name] = after[name];
@@ -18,7 +19,14 @@ export function difference(before, after) {
       materials.push({body: index, ...Object.fromEntries(live_material.map(name => [name, body[name]]))});
   });
   if (materials.length) patch.materials = materials;
-  return {patch, moves, structural: !same(frozen(before), frozen(after))};
+  return {patch, moves, structural: !same(frozen(before), frozen(after)), restarts: !same(start(before), start(after))};
+}
+
+/// What a run begins with: other rigid bodies and materials do not undo where the deformable ones have got to.
+function start(scene) {
+  const {bodies, ...rest} = frozen(scene);
+  const begun = ({type, ...body}) => type === 'deformable' && Object.fromEntries(Object.entries(body).filter(([name]) => !not_of_the_start.includes(name)));
+  return {...rest, bodies: bodies.map(begun).filter(Boolean)};
 }
 
 /// The scene without what can change while it runs.

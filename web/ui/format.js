@@ -30,6 +30,11 @@ export function bytes(value) {
   return `${value < 10 && unit ? value.toFixed(1) : Math.round(value)} ${units[unit]}`;
 }
 
+/// A first word in small letters begins with a capital; names of files and programs stay as they are.
+export const capital = text => text.replace(/^[a-z]+(?=[\s,:])/, word => word.charAt(0).toUpperCase() + word.slice(1));
+/// What the server says, as a sentence of its own.
+export const sentence = text => capital(text).replace(/[^.!?]$/, '$&.');
+
 export const words = name => String(name).replaceAll('_', ' ');
 
 /// "1 edge", "2 edges", "1 vertex": a count with its noun, given in the plural.

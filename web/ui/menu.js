@@ -10,7 +10,7 @@ export function menu_button(title, items) {
   menu.addEventListener('beforetoggle', ({newState}) => {
     opener.setAttribute('aria-expanded', String(newState === 'open'));
     if (newState !== 'open') return;
-    menu.replaceChildren(...items().map(item => item.heading ? h('h3', {}, item.heading) : entry(menu, item)));
+    menu.replaceChildren(...items().map(item => item.heading ? h('h2', {}, item.heading) : entry(menu, item)));
     place(menu, opener);
   });
   menu.addEventListener('toggle', ({newState}) => newState === 'open' && menu.querySelector('button')?.focus());

@@ -9,12 +9,13 @@ export const only_sim = {surface: false, voxels: false, tets: false, sim: true};
 export const playing = app => {
   const {store, simulation, playback, meshing} = app;
 
-  const compile = async () => {
+  /// continuing: bodies keep their motion.
+  const compile = async (continuing = false) => {
     if (!meshing.model || meshing.preview || meshing.busy) await model_ready(meshing);
     const scene = structuredClone(store.get('scene'));
     app.compiled = {scene, model: meshing.model.id};
     app.running = structuredClone(scene);
-    await simulation.create(wire_scene(scene, meshing.model.id));
+    await simulation.create(wire_scene(scene, meshing.model.id), continuing);
     simulation.speed = store.get('speed');
     if (simulation.speed !== 1) await simulation.patch({speed: simulation.speed});
   };
@@ -27,23 +28,23 @@ export const playing = app => {
     if (!is_recording() && stale()) await compile();
   };
 
-  const recompile = async () => {
+  const recompile = async (continuing = false) => {
     const was_playing = playback.playing;
-    await compile();
-    if (was_playing) await playback.play();
+    await compile(continuing);
+    if (was_playing && !playback.playing) await playback.play();
   };
 
-  /// Bodies and their sizes are compiled into the phases; what else changes does so while it runs.
   const restart_with_changes = async () => {
     await recompile();
-    app.say('The run started again: bodies and their sizes are compiled into it');
+    app.say('The run started again with what has changed');
   };
 
   const take_changes = live => app.run(async () => {
     if (!simulation.id || !app.running) return;
     const scene = store.get('scene');
-    const {patch, moves, structural} = difference(app.running, scene);
-    if (structural) return live ? null : restart_with_changes();
+    const {patch, moves, structural, restarts} = difference(app.running, scene);
+    if (structural && live) return null;
+    if (structural) return restarts ? restart_with_changes() : recompile(true);
     app.running = structuredClone(scene);
     if (Object.keys(patch).length) await simulation.patch(patch);
     for (const {body, ...pose} of moves) await app.client.send('PUT', `/simulations/${simulation.id}/colliders/${body}`, pose);
@@ -52,7 +53,7 @@ export const playing = app => {
   store.on('scene', live => !app.restoring && take_changes(live));
   store.on('speed', () => app.run(() => playback.set_speed(store.get('speed'))));
   meshing.addEventListener('model', () => {
-    if (simulation.id && !meshing.preview && store.get('view.layers.sim')) app.run(recompile);
+    if (simulation.id && !meshing.preview && store.get('view.layers.sim')) app.run(() => recompile());
   });
 
   return {
@@ -65,6 +66,16 @@ export const playing = app => {
     step: frames => app.run(async () => {
       await ready_to_step();
       await playback.step(frames);
+    }),
+    end_run: () => app.run(async () => {
+      await simulation.close();
+      simulation.set_state('none');
+      app.say('The run was ended; play starts it anew');
+    }),
+    /// When the server no longer has it.
+    start_again: () => app.run(async () => {
+      await compile();
+      await playback.play();
     }),
     /// From the start as the scene now says.
     restart: () => app.run(async () => {

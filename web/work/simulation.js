@@ -8,7 +8,7 @@ export class Simulation extends EventTarget {
     super();
     Object.assign(this, {client, id: null, state: 'none', info: null, plan: null, bodies: [], shown: null, speed: 1});
     this.buffer = new FrameBuffer();
-    this.worker = new Worker(new URL('../wire/stream_worker.js', import.meta.url), {type: 'module'});
+    this.worker = new Worker('stream_worker.js', {type: 'module'});
     this.worker.addEventListener('message', ({data}) => this.receive(data));
     this.generation = 0;
     this.replaying = null;
@@ -19,16 +19,21 @@ export class Simulation extends EventTarget {
     this.dispatchEvent(new CustomEvent(name, {detail}));
   }
 
-  /// Compiles the scene on the server; resolves when its bodies are known and frame 0 is on its way.
-  async create(scene) {
-    await this.close();
+  /// Compiles the scene on the server; resolves when its bodies are known and their first frame is on its way. Continuing,
+  /// time and the bodies' motion go on from the present run.
+  async create(scene, continuing = false) {
+    this.continued = continuing;
+    const before = continuing ? this.id : null;
+    await this.close(before);
     const generation = ++this.generation;
-    this.set_state('preparing');
+    if (!before) this.set_state('preparing');
+    const further = before ? `&continues=${before}${this.state === 'playing' ? '&state=playing' : ''}` : '';
     try {
-      let info = await this.client.send('POST', '/simulations?wait_ms=2000', scene);
+      let info = await this.client.send('POST', `/simulations?wait_ms=2000${further}`, scene);
       this.id = info.id;
       while (info.state === 'preparing' && generation === this.generation)
         info = await this.client.get(`/simulations/${info.id}`);
+      this.remove(before);
       if (info.state === 'failed') throw Object.assign(new Error(info.problem?.detail), info.problem);
       if (generation !== this.generation) return;
       this.take_info(info);
@@ -100,6 +105,7 @@ export class Simulation extends EventTarget {
   }
 
   take_frame(frame) {
+    this.heard = performance.now();
     if (this.early_frames) return void this.early_frames.push(frame);
     this.buffer.add(frame);
     const from_file = this.state === 'recording' || this.state === 'reading';
@@ -116,6 +122,7 @@ export class Simulation extends EventTarget {
   set_state(state) {
     if (this.state === 'reading' && state !== 'recording' && state !== 'none' && state !== 'preparing') return;
     this.state = state;
+    this.heard = performance.now();
     this.tell('state');
   }
 
@@ -134,6 +141,7 @@ export class Simulation extends EventTarget {
   /// The file of a recording, dropped on the page.
   async replay(file) {
     await this.close();
+    this.continued = false;
     this.set_state('reading');
     this.worker.postMessage({task: 'replay', file, generation: ++this.generation});
   }
@@ -154,13 +162,18 @@ export class Simulation extends EventTarget {
     return file;
   }
 
-  async close() {
+  /// Ends the run, unless another is to take it over.
+  async close(kept = null) {
     const {id} = this;
     this.id = null;
     this.ended = false;
     this.replaying = null;
     ++this.generation;
     this.worker.postMessage({task: 'close'});
+    if (id !== kept) await this.remove(id);
+  }
+
+  async remove(id) {
     if (id) await this.client.request('DELETE', `/simulations/${id}`).catch(() => {});
   }
 }
