@@ -1,14 +1,15 @@
 // Makes web/bundle, the folder that the server serves: the page's modules with three.js and uPlot in one file and its
 // style sheets in another, since every file more is a connection more before the first picture.
 import {copyFile, mkdir} from 'node:fs/promises';
+import {fileURLToPath} from 'node:url';
 
-const here = path => new URL(path, import.meta.url).pathname;
+const here = path => fileURLToPath(new URL(path, import.meta.url));
 const {build} = await import('esbuild').catch(() => ({}));
 
 if (build) {
   await mkdir(here('bundle'), {recursive: true});
   await build({
-    absWorkingDir: here('.'), outdir: 'bundle', entryNames: '[name]', bundle: true, minify: !process.env.PLAIN, format: 'esm',
+    absWorkingDir: here('.'), outdir: 'bundle', entryNames: '[name]', bundle: true, minify: true, format: 'esm',
     target: 'es2022', logLevel: 'warning', external: ['*.svg'],
     entryPoints: ['main.js', 'styles/page.css', 'wire/data_worker.js', 'wire/stream_worker.js'],
   });
