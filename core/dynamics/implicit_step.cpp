@@ -164,8 +164,8 @@ double ImplicitStep::newton_step(SoftBody& body, const Hold& hold, double tolera
   return lacking;
 }
 
-/// Until what was lacking before the last step is `balanced` times what lacked at first, and as an energy,
-/// lacking²/h², a hundredth of the energy given.
+/// Until what was lacking before the last step is, as an energy, lacking²/h², a hundredth of the energy
+/// given, and `balanced` times what lacked at first or next to nothing. False when it never is affordable.
 bool ImplicitStep::iterate(SoftBody& body, const Hold& hold, double tolerance, double balanced,
                            double energy) {
   const double affordable = 0.1 * h_ * std::sqrt(energy);
@@ -173,10 +173,10 @@ bool ImplicitStep::iterate(SoftBody& body, const Hold& hold, double tolerance, d
   for (int k = 0; k < most_steps; ++k) {
     lacking = newton_step(body, hold, tolerance, k);
     if (k == 0) first = lacking;
-    if (lacking <= std::min(balanced * first, affordable)) break;
+    if (lacking <= affordable && lacking <= std::max(balanced * first, 0.1 * affordable)) break;
   }
   solved_ = body.positions;
-  return lacking <= std::min(balanced * first, affordable);
+  return lacking <= affordable;
 }
 
 void ImplicitStep::solve(SoftBody& body) {

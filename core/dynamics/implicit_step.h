@@ -37,7 +37,6 @@ class ImplicitStep {
   std::int64_t bytes() const;
 
  private:
-  void turn(SoftBody& body);
   void find_balance(const SoftBody& body);
   /// What holds particles while a solve lasts, and how many of its steps take the matrix anew.
   struct Hold {

@@ -48,7 +48,7 @@ class SaddleSolver {
 
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  static constexpr std::size_t longest_cycle = 40;
+  static constexpr std::size_t longest_cycle = 80;
 
   void filter(const SoftBody& body, Coordinates& v) const;
   void multiply(const SoftBody& body, const Coordinates& p, Coordinates& product) const;
