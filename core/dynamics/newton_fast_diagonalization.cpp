@@ -1,6 +1,7 @@
 #include "core/dynamics/newton_fast_diagonalization.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "core/parallel/parallel.h"
 
@@ -10,6 +11,62 @@ namespace {
 /// Parts that depend on the count only.
 constexpr std::int64_t parts = 8;
 
+/// Inverse mass of a node outside the body, over that of one inside. Light, so that the box gives way there
+/// almost as nothing would; heavy as the body, it would halt every mode that reaches the surface.
+constexpr double outside_weight = 1e4;
+/// What a node inside counts in the fit, over one outside.
+constexpr double inside_counts = 5.0;
+constexpr int fit_rounds = 8;
+
+/// log of the lumped inverse masses at the nodes of the box, and what each counts.
+struct LogWeights {
+  std::array<int, 3> nodes;
+  std::vector<double> value, counts;
+
+  template <class Visit>
+  void for_nodes(const Visit& visit) const {
+    std::size_t at = 0;
+    for (int k = 0; k < nodes[2]; ++k)
+      for (int j = 0; j < nodes[1]; ++j)
+        for (int i = 0; i < nodes[0]; ++i, ++at) visit(std::array{i, j, k}, at);
+  }
+};
+
+LogWeights log_weights(const LatticeLayout& layout) {
+  std::vector<std::uint8_t> cells(layout.slots, 0);
+  for (const std::int32_t cell : layout.cell_slots)
+    for (int b = 0; b < 8; ++b) ++cells[cell + layout.corner_offset(b)];
+  LogWeights result{{layout.size[0] + 1, layout.size[1] + 1, layout.size[2] + 1}, {}, {}};
+  result.for_nodes([&](const std::array<int, 3>& node, std::size_t) {
+    const int here =
+        cells[layout.origin + node[0] + node[1] * layout.strides.row + node[2] * layout.strides.plane];
+    result.value.push_back(std::log(here > 0 ? 8.0 / here : outside_weight));
+    result.counts.push_back(here > 0 ? inside_counts : 1.0);
+  });
+  return result;
+}
+
+/// The product of a weight an axis that is nearest to the body's, in the least squares of the logarithms.
+std::array<std::vector<double>, 3> separable_weights(const LatticeLayout& layout) {
+  const LogWeights body = log_weights(layout);
+  std::array<std::vector<double>, 3> log;
+  for (int axis = 0; axis < 3; ++axis) log[axis].assign(body.nodes[axis], 0.0);
+  for (int round = 0; round < fit_rounds; ++round)
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> sum(body.nodes[axis], 0.0), counts = sum;
+      body.for_nodes([&](const std::array<int, 3>& node, std::size_t at) {
+        const double others =
+            log[(axis + 1) % 3][node[(axis + 1) % 3]] + log[(axis + 2) % 3][node[(axis + 2) % 3]];
+        sum[node[axis]] += body.counts[at] * (body.value[at] - others);
+        counts[node[axis]] += body.counts[at];
+      });
+      for (int i = 0; i < body.nodes[axis]; ++i) log[axis][i] = sum[i] / counts[i];
+    }
+  for (auto& axis : log)
+    for (double& weight : axis) weight = std::exp(weight);
+  return log;
+}
+
 }  // namespace
 
 FastDiagonalization::FastDiagonalization(const LatticeLayout& layout)
@@ -17,25 +74,25 @@ FastDiagonalization::FastDiagonalization(const LatticeLayout& layout)
       size_(layout.size),
       strides_(layout.strides),
       origin_(layout.origin),
-      row_((layout.size[0] + chunk - 1) / chunk * chunk),
-      axes_{make_axis(size_[0], row_), make_axis(size_[1], size_[1]), make_axis(size_[2], size_[2])} {
+      row_((layout.size[0] + chunk - 1) / chunk * chunk) {
+  const auto weights = separable_weights(layout);
+  for (int axis = 0; axis < 3; ++axis) axes_[axis] = make_axis(weights[axis], axis == 0 ? row_ : size_[axis]);
   const std::int64_t count = std::int64_t{row_} * size_[1] * size_[2];
   for (auto* array : {&inverse_eigenvalues_, &values_, &scratch_}) *array = AlignedArray<float>(count);
   set_areas({1.0, 1.0, 1.0});
 }
 
-FastDiagonalization::Axis FastDiagonalization::make_axis(int cells, int row) {
+FastDiagonalization::Axis FastDiagonalization::make_axis(const std::vector<double>& weights, int row) {
+  const int cells = static_cast<int>(weights.size()) - 1;
   Eigen::MatrixXd difference = Eigen::MatrixXd::Zero(cells, cells + 1), mean = difference;
   for (int i = 0; i < cells; ++i) {
     difference(i, i) = -1.0;
     difference(i, i + 1) = 1.0;
     mean(i, i) = mean(i, i + 1) = 0.5;
   }
-  // A node at the end has half of the mass.
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(cells + 1);
-  weights[0] = weights[cells] = 2.0;
-  const Eigen::MatrixXd k = difference * weights.asDiagonal() * difference.transpose();
-  const Eigen::MatrixXd g = mean * weights.asDiagonal() * mean.transpose();
+  const Eigen::VectorXd w = Eigen::Map<const Eigen::VectorXd>(weights.data(), cells + 1);
+  const Eigen::MatrixXd k = difference * w.asDiagonal() * difference.transpose();
+  const Eigen::MatrixXd g = mean * w.asDiagonal() * mean.transpose();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, g);
 
   Axis axis{AlignedArray<float>(std::int64_t{cells} * row),

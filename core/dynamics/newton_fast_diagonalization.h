@@ -31,7 +31,7 @@ class FastDiagonalization {
     AlignedArray<float> modes, transposed;  ///< V and Vᵀ, rows padded where they are the right factor
     std::vector<double> eigenvalues, stiffness, mean;  ///< λ, diagonals of K and G
   };
-  static Axis make_axis(int cells, int row);
+  static Axis make_axis(const std::vector<double>& weights, int row);
   void forward(std::int64_t plane, const float* from) const;
   void backward(std::int64_t plane, float* to) const;
 
