@@ -316,22 +316,24 @@ SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, 
   const std::vector<SceneSettings> grid = scene_grid(scene, options.axes);
   Study study{scene, options, progress};
   SceneReport report{scene.name, {}, 0.0, {}, true};
+  std::vector<ScenePoint> done;
   const auto known = [&](const SceneSettings& settings) {
-    return std::ranges::find(options.done, settings, &ScenePoint::settings);
+    return std::ranges::find(done, settings, &ScenePoint::settings);
   };
   try {
     report.reference = reference_settings(study, grid);
+    if (options.earlier.reference == report.reference) done = options.earlier.points;
     study.work = expected_work(study, report.reference);
     for (const SceneSettings& settings : grid)
-      if (known(settings) == options.done.end())
+      if (known(settings) == done.end())
         study.work += std::max(1, options.repeats) * expected_work(study, settings);
     study.reference = measured_run(study, report.reference, reference_index, true, "reference");
     report.reference_seconds = study.reference.seconds();
     for (std::size_t i = 0; i < grid.size(); ++i) {
       const auto earlier = known(grid[i]);
       const std::string phase = "point " + std::to_string(i + 1) + " of " + std::to_string(grid.size());
-      report.points.push_back(
-          earlier != options.done.end() ? *earlier : run_point(study, grid[i], static_cast<int>(i), phase));
+      report.points.push_back(earlier != done.end() ? *earlier
+                                                    : run_point(study, grid[i], static_cast<int>(i), phase));
       if (options.on_point) options.on_point(report);
     }
   } catch (const Error& error) {

@@ -100,8 +100,8 @@ struct SceneReportOptions {
   int material_points = 256;  ///< followed a body
   /// Makes the simulation of one point; empty: scene/compile.
   std::function<std::unique_ptr<Simulation>(const Scene&, Progress&)> build;
-  /// Points of an earlier run are taken over instead of being run again.
-  std::vector<ScenePoint> done;
+  /// An earlier run, whose points are taken over where it was measured against the same reference.
+  SceneReport earlier;
   /// Called after each point, so that a caller can keep what is done.
   std::function<void(const SceneReport&)> on_point;
   /// Called at the start of a point's first repeat, and of the reference (point −1), then with each frame, so

@@ -1,8 +1,10 @@
 #include "core/report/stability.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "core/scene/simulation.h"
@@ -39,6 +41,12 @@ bool all_finite(const Snapshot& snapshot) {
   });
 }
 
+std::string decimals(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
 /// What the frames of a run add up to.
 struct Judge {
   const StabilityCase& test;
@@ -46,7 +54,8 @@ struct Judge {
   Snapshot first, last;
   MassCenter start;
   double largest_energy = -1e300, fallen = 0.0, linear_drift = 0.0, angular_drift = 0.0;
-  bool finite = true, said_infeasible = false;
+  bool finite = true;
+  std::string infeasible;  ///< the first frame that said so: when, and where
   StabilityResult result;
 
   Judge(const StabilityCase& stability_case, const Simulation& simulation)
@@ -65,7 +74,8 @@ struct Judge {
   void frame(Snapshot snapshot) {
     const Metrics& m = snapshot.metrics;
     finite = finite && all_finite(snapshot) && std::isfinite(energy(m));
-    said_infeasible = said_infeasible || (!m.feasible && m.worst_cell >= 0);
+    if (infeasible.empty() && !m.feasible && m.worst_cell >= 0)
+      infeasible = "infeasible at " + decimals(snapshot.t) + " s, cell " + std::to_string(m.worst_cell);
     result.max_cell_volume_error = std::max(result.max_cell_volume_error, m.max_cell_volume_error);
     result.total_volume_error = std::max(result.total_volume_error, m.total_volume_error);
     result.recoveries += m.recoveries, result.fallbacks += m.fallbacks;
@@ -79,9 +89,9 @@ struct Judge {
 
   double energy_ratio() const {
     if (!test.feasible_start || !test.feasible) return not_judged;
-    const bool driven = std::ranges::any_of(test.scene.bodies, [](const SceneBody& body) {
+    const bool driven = std::ranges::any_of(test.scene.bodies, [&](const SceneBody& body) {
       const auto* rigid = std::get_if<RigidBody>(&body.kind);
-      return rigid && (rigid->motion || rigid->mass);
+      return rigid && (rigid->motion || (rigid->mass && !test.scene.gravity.isZero()));
     });
     if (driven) return not_judged;
     const Vec3& gravity = test.scene.gravity;
@@ -104,7 +114,7 @@ struct Judge {
     if (test.feasible) {
       if (result.max_cell_volume_error > result.tolerance) return "a cell is off";
       if (result.inverted > 0) return "inverted tets remain";
-    } else if (!said_infeasible) {
+    } else if (infeasible.empty()) {
       return "infeasible, not named";
     }
     if (result.energy_ratio > 1.0 + energy_margin) return "energy was gained";
@@ -119,9 +129,9 @@ struct Judge {
     const std::string fault = verdict();
     result.passed = fault.empty();
     if (!result.passed)
-      result.outcome = fault;
+      result.outcome = fault + (infeasible.empty() ? "" : "; " + infeasible);
     else if (!test.feasible)
-      result.outcome = "infeasible, and named";
+      result.outcome = infeasible;
     else
       result.outcome = result.recoveries > 0 ? "recovered; volume kept" : "volume kept";
     return result;

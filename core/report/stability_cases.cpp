@@ -62,39 +62,75 @@ std::string power(double value) {
   return "1e" + std::to_string(static_cast<int>(std::lround(std::log10(value))));
 }
 
-/// Released stretched by 5 % at constant volume, stiffness on the edges, on the diagonals, or on both.
+std::string on_the_map(double k, double h) {
+  return "k = " + power(k) + ", h = " + (h == 1.0 / 60.0 ? "1/60" : power(h));
+}
+
+std::vector<double> powers_of_ten(int first, int last, int by) {
+  std::vector<double> values;
+  for (int power = first; power <= last; power += by) values.push_back(std::pow(10.0, power));
+  return values;
+}
+
+/// Released stretched by 5 % at constant volume, stiffness on the edges, on both, or on the diagonals alone.
 void add_stiffness_map(std::vector<StabilityCase>& cases, StabilityExtent extent) {
   const bool full = extent == StabilityExtent::full;
-  const std::vector<double> stiffness =
-      full ? std::vector<double>{0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12}
-           : std::vector<double>{0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12};
-  const std::vector<double> steps{1e-5, 1e-4, 1e-3, 1.0 / 60.0, 0.1};
+  std::vector<double> stiffness = powers_of_ten(2, 12, full ? 1 : 2);
+  stiffness.insert(stiffness.begin(), 0.0);
   for (double k : stiffness)
-    for (double h : steps)
-      for (int which = 0; which < (full ? 3 : 1); ++which) {
-        DeformableBody body = cube(full ? 4 : 3, 1.0);
-        body.edge_stiffness = which == 1 ? 0.0 : k;
-        body.diagonal_stiffness = which == 0 ? 0.0 : k;
+    for (double h : {1e-5, 1e-4, 1e-3, 1.0 / 60.0, 0.1})
+      for (const std::string springs : {"edges", "both", "diagonals"}) {
+        if (springs == "diagonals" && !full) continue;
+        DeformableBody body = cube(4, 1.0);
+        body.edge_stiffness = springs == "diagonals" ? 0.0 : k;
+        body.diagonal_stiffness = springs == "edges" ? 0.0 : k;
         body.start.affine = Vec3(1.05, 1.0 / std::sqrt(1.05), 1.0 / std::sqrt(1.05)).asDiagonal();
         Scene scene = free_flight(std::move(body), 30.0 * h);
         scene.frame_rate = 1.0 / h;
-        const char* springs[] = {"edges", "diagonals", "both"};
-        StabilityCase test = make_case("stiffness",
-                                       std::string(springs[which]) + " k = " + power(k) +
-                                           ", h = " + (h == 1.0 / 60.0 ? "1/60" : power(h)),
-                                       std::move(scene));
+        StabilityCase test = make_case("stiffness", springs + " " + on_the_map(k, h), std::move(scene));
         test.stiffness = k, test.h = h;
         cases.push_back(std::move(test));
       }
 }
 
+/// A stiff cube dropped from 0.2 m on a plane, and on a ball of its own width.
+void add_landings(std::vector<StabilityCase>& cases, StabilityExtent extent) {
+  constexpr double half = 0.5, drop = 0.2;
+  const bool full = extent == StabilityExtent::full;
+  for (double k : powers_of_ten(4, 12, full ? 1 : 2))
+    for (double h : {1e-3, 1.0 / 60.0, 0.1})
+      for (const auto springs : {SpringIntegrator::automatic, SpringIntegrator::implicit})
+        for (const bool on_ball : {false, true}) {
+          DeformableBody body = cube(4, 2.0 * half);
+          body.edge_stiffness = body.diagonal_stiffness = k;
+          Scene scene = on_the_ground(std::move(body), half + drop, std::max(0.5, 10.0 * h));
+          if (on_ball) {
+            scene.bodies[1] = placed("ball", fixed(SphereShape{half}), Vec3::Zero());
+            scene.bodies[0].position.y() += half;
+          }
+          scene.frame_rate = 1.0 / h;
+          scene.solver.springs = springs;
+          StabilityCase test = make_case(
+              "landing",
+              std::string(on_ball ? "ball" : "plane") +
+                  (springs == SpringIntegrator::automatic ? " auto " : " implicit ") + on_the_map(k, h),
+              std::move(scene));
+          test.stiffness = k, test.h = h;
+          cases.push_back(std::move(test));
+        }
+}
+
 void add_starts(std::vector<StabilityCase>& cases) {
   const auto add = [&](const char* name, const auto& change) {
-    DeformableBody body = cube(4, 1.0);
-    change(body.start);
-    StabilityCase test = make_case("start", name, free_flight(std::move(body), 1.0));
-    test.feasible_start = false;
-    cases.push_back(std::move(test));
+    for (const double k : {0.0, 1e8}) {
+      DeformableBody body = cube(4, 1.0);
+      if (k > 0.0) body.edge_stiffness = body.diagonal_stiffness = k;
+      change(body.start);
+      StabilityCase test =
+          make_case("start", std::string(k > 0.0 ? "stiff, " : "") + name, free_flight(std::move(body), 1.0));
+      test.feasible_start = false;
+      cases.push_back(std::move(test));
+    }
   };
   add("randomised by a whole cell", [](StartState& s) { s.randomize = 1.0; });
   add("inverted", [](StartState& s) { s.invert = true; });
@@ -106,14 +142,22 @@ void add_starts(std::vector<StabilityCase>& cases) {
 }
 
 void add_masses(std::vector<StabilityCase>& cases) {
+  AxisBox upper_half;
+  upper_half.min.y() = 0.0;
   for (double ratio : {1e3, 1e6}) {
     DeformableBody body = cube(4, 1.0);
-    AxisBox top;
-    top.min.y() = 0.0;
     body.density = 1000.0 / std::sqrt(ratio);
-    body.densities.push_back({top, 1000.0 * std::sqrt(ratio)});
+    body.densities.push_back({upper_half, 1000.0 * std::sqrt(ratio)});
     cases.push_back(make_case("masses", "heavy top, ratio " + power(ratio), on_the_ground(body, 0.6, 1.0)));
   }
+  DeformableBody half_heavy = cube(4, 1.0);
+  half_heavy.edge_stiffness = half_heavy.diagonal_stiffness = 1e8;
+  half_heavy.density = 1.0;
+  half_heavy.densities.push_back({upper_half, 1e6});
+  half_heavy.start.affine = Vec3(1.05, 1.0, 1.0 / 1.05).asDiagonal();
+  cases.push_back(
+      make_case("masses", "stiff and adrift, ratio 1e6", free_flight(std::move(half_heavy), 1.0)));
+
   DeformableBody light = cube(4, 1.0);
   light.density = 1.0;
   Scene scene = on_the_ground(light, 0.5, 1.0);
@@ -141,6 +185,17 @@ void add_impacts(std::vector<StabilityCase>& cases) {
   add("100 m/s on a thin plate", BoxShape{Vec3(5.0, 0.01, 5.0)}, 0.0);
   add("100 m/s on the ground", PlaneShape{}, 0.0);
   add("100 m/s on a sphere", SphereShape{0.5}, -1e300);
+  add("100 m/s on the end of a capsule", CapsuleShape{0.25, 0.5}, -1e300);
+
+  RigidBody shot;
+  shot.shape = SphereShape{0.2};
+  shot.mass = 100.0;
+  Scene scene = free_flight(cube(4, 1.0), 0.5);
+  scene.bodies.push_back(placed("shot", shot, Vec3(-2.0, 0.1, 0.2)));
+  scene.bodies.back().velocity = Vec3(100.0, 0.0, 0.0);
+  StabilityCase test = make_case("impact", "hit by a ball of 100 m/s", std::move(scene));
+  test.keeps_momentum = true;
+  cases.push_back(std::move(test));
 }
 
 void add_borders(std::vector<StabilityCase>& cases) {
@@ -150,6 +205,14 @@ void add_borders(std::vector<StabilityCase>& cases) {
   pinned.gravity = Vec3(0.0, -9.81, 0.0);
   pinned.pins.push_back({"cube", AxisBox{}, std::nullopt});
   cases.push_back(make_case("border", "all particles pinned", std::move(pinned)));
+
+  DeformableBody beam;
+  beam.shape = LatticeShape{Vec3i(8, 2, 2), 0.125, Vec3(-0.5, -0.125, -0.125)};
+  beam.edge_stiffness = beam.diagonal_stiffness = 1e8;
+  Scene console = free_flight(std::move(beam), 1.0);
+  console.gravity = Vec3(0.0, -9.81, 0.0);
+  console.pins.push_back({"cube", AxisBox{Vec3::Constant(-1.0), Vec3(-0.49, 1.0, 1.0)}, std::nullopt});
+  cases.push_back(make_case("border", "stiff, pinned at one end", std::move(console)));
 
   Scene squeezed = on_the_ground(cube(4, 1.0), 0.5, 1.5);
   squeezed.bodies.push_back(
@@ -170,14 +233,21 @@ void add_borders(std::vector<StabilityCase>& cases) {
 }
 
 void add_spin(std::vector<StabilityCase>& cases) {
-  DeformableBody body = cube(4, 1.0);
-  body.start.affine = Vec3(1.1, 1.0, 1.0 / 1.1).asDiagonal();
-  StabilityCase test = make_case("spin", "free flight with internal motion", free_flight(body, 2.0));
-  test.scene.bodies[0].angular_velocity = Vec3(1.0, 2.0, 3.0);
-  test.scene.bodies[0].velocity = Vec3(0.3, 0.2, 0.1);
-  test.scene.solver.springs = SpringIntegrator::symplectic;
-  test.keeps_momentum = true;
-  cases.push_back(std::move(test));
+  const auto add = [&](const char* name, SpringIntegrator springs, double k) {
+    DeformableBody body = cube(4, 1.0);
+    body.edge_stiffness = k, body.diagonal_stiffness = 0.1 * k;
+    body.start.affine = Vec3(1.1, 1.0, 1.0 / 1.1).asDiagonal();
+    StabilityCase test = make_case("spin", name, free_flight(std::move(body), 2.0));
+    test.scene.bodies[0].angular_velocity = Vec3(1.0, 2.0, 3.0);
+    test.scene.bodies[0].velocity = Vec3(0.3, 0.2, 0.1);
+    test.scene.solver.springs = springs;
+    test.keeps_momentum = true;
+    cases.push_back(std::move(test));
+  };
+  add("stretched, symplectic", SpringIntegrator::symplectic, 1e4);
+  add("stretched, implicit", SpringIntegrator::implicit, 1e4);
+  add("stretched, energy_momentum", SpringIntegrator::energy_momentum, 1e4);
+  add("stretched and stiff", SpringIntegrator::automatic, 1e8);
 }
 
 }  // namespace
@@ -185,6 +255,7 @@ void add_spin(std::vector<StabilityCase>& cases) {
 std::vector<StabilityCase> stability_cases(StabilityExtent extent) {
   std::vector<StabilityCase> cases;
   add_stiffness_map(cases, extent);
+  add_landings(cases, extent);
   add_starts(cases);
   add_masses(cases);
   add_impacts(cases);

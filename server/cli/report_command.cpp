@@ -15,6 +15,7 @@
 #include "server/messages/report_messages.h"
 #include "server/problem.h"
 #include "server/report/report_page.h"
+#include "server/store/content_id.h"
 
 namespace isochor {
 namespace {
@@ -28,7 +29,7 @@ struct ReportCommand {
   SceneAxes axes = usual_scene_axes;
   MeshingAxes meshing;  ///< an empty one takes the usual values
   int repeats = 3, refinement = 16;
-  double budget_ms = 0.0;
+  std::optional<double> budget_ms;
   bool resume = false, recordings = false;
 };
 
@@ -80,8 +81,8 @@ void print_scene_report(const CliContext& context, const SceneReport& report, co
                              p.reason.empty() ? "" : ": " + p.reason));
   for (const FittedOrder& order : fitted_orders(report))
     if (order.points > 2 && order.error == "trajectory_rms")
-      context.note(fmt::format("order {:.2f} of {} in {} ({}, {} points)", order.order, order.error,
-                               order.axis, solver_name(order.series.solver), order.points));
+      context.note(fmt::format("order {:.2f} of {} in {}: {}, {} points", order.order, order.error,
+                               order.axis, series_name(order.series), order.points));
   context.note("wrote " + (folder / "report.html").string());
 }
 
@@ -103,6 +104,19 @@ void fit_scene_budget(const CliContext& context, const SceneReport& report, doub
                   best->errors.trajectory_rms, (folder / "budget.json").string()));
 }
 
+/// The file's id, and that of the meshes it names.
+std::string source_of(const std::string& input, const Scene& scene) {
+  std::string content = read_bytes(input);
+  for (const SceneBody& body : scene.bodies)
+    std::visit(
+        [&](const auto& kind) {
+          if (const auto* mesh = std::get_if<MeshShape>(&kind.shape))
+            content += read_bytes(mesh->file.string());
+        },
+        body.kind);
+  return content_id("scene-", content);
+}
+
 /// The encoded report.
 std::string run_scene_report(CliContext& context, const ReportCommand& command, const std::string& input,
                              const fs::path& folder) {
@@ -114,12 +128,13 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
   for (const std::string& name : command.springs) options.axes.springs.push_back(springs_named(name));
   options.repeats = command.repeats;
   options.reference_refinement = command.refinement;
+  const std::string source = source_of(input, scene);
   if (command.resume && fs::exists(folder / "report.json"))
-    options.done = decode_scene_points(read_bytes((folder / "report.json").string()));
+    options.earlier = decode_scene_report(read_bytes((folder / "report.json").string()), source);
   options.on_point = [&](const SceneReport& part) {
     SceneReport so_far = part;
     so_far.complete = false;
-    write_report(folder, encode_scene_report(so_far), encode_scene_csv(so_far));
+    write_report(folder, encode_scene_report(so_far, command.budget_ms, source), encode_scene_csv(so_far));
   };
   std::unique_ptr<PointRecorder> recorder;
   if (command.recordings) {
@@ -132,13 +147,13 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
     CommandProgress progress(context);
     report = report_scene(scene, options, progress);
   }
-  std::string json = encode_scene_report(report);
+  std::string json = encode_scene_report(report, command.budget_ms, source);
   write_report(folder, json, encode_scene_csv(report));
   print_scene_report(context, report, folder);
   if (!report.complete)
     note_interruption(context);
-  else if (command.budget_ms > 0.0)
-    fit_scene_budget(context, report, command.budget_ms, folder);
+  else if (command.budget_ms)
+    fit_scene_budget(context, report, *command.budget_ms, folder);
   return json;
 }
 
@@ -185,13 +200,15 @@ std::string run_meshing_report(CliContext& context, const ReportCommand& command
   options.base = base;
   options.axes = meshing_axes(command.meshing, base);
   options.repeats = command.repeats;
+  const std::string source = content_id("mesh-", read_bytes(input));
   if (command.resume && fs::exists(folder / "report.json"))
-    options.done = decode_meshing_points(read_bytes((folder / "report.json").string()));
+    options.done = decode_meshing_report(read_bytes((folder / "report.json").string()), source).points;
   const std::string name = fs::path(input).filename().string();
   options.on_point = [&](const MeshingReport& part) {
     MeshingReport so_far = part;
     so_far.complete = false;
-    write_report(folder, encode_meshing_report(so_far, name), encode_meshing_csv(so_far));
+    write_report(folder, encode_meshing_report(so_far, name, command.budget_ms, source),
+                 encode_meshing_csv(so_far));
   };
   MeshingReport report;
   {
@@ -199,13 +216,13 @@ std::string run_meshing_report(CliContext& context, const ReportCommand& command
     const InputMesh mesh = read_input({input, {}}, progress);
     report = report_meshing(mesh.soup, options, progress);
   }
-  std::string json = encode_meshing_report(report, name);
+  std::string json = encode_meshing_report(report, name, command.budget_ms, source);
   write_report(folder, json, encode_meshing_csv(report));
   print_meshing_report(context, report, folder);
   if (!report.complete)
     note_interruption(context);
-  else if (command.budget_ms > 0.0)
-    fit_meshing_budget(context, report, command.budget_ms, folder);
+  else if (command.budget_ms)
+    fit_meshing_budget(context, report, *command.budget_ms, folder);
   return json;
 }
 

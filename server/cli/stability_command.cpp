@@ -24,11 +24,9 @@ std::string ratio(double value) {
 }
 
 void run_suite(CliContext& context, const StabilityCommand& command) {
-  // 80 columns hold the longest name and the longest outcome.
-  constexpr const char* columns = "{:<4} {:<33} {:>5} {:>6} {:>5}  {}";
-  context.note(
-      "k in N/m, h in s; largest relative volume error of a cell, largest energy over the start's, inverted "
-      "tets");
+  constexpr const char* columns = "{:<4} {:<34} {:>5} {:>7} {:>5}  {}";
+  context.note("k in N/m, h in s. Largest relative volume error of a cell; largest energy, 1 at the start,");
+  context.note("against what motion, springs and gravity have given; inverted tets at the end.");
   std::string group;
   const auto print = [&](const StabilityResult& r) {
     if (r.group != group) context.note(fmt::format(columns, "", "", "cell", "energy", "tets", ""));

@@ -3,6 +3,7 @@
 
 #include "core/export/export.h"
 #include "core/parameters/parameters.h"
+#include "core/report/meshing_report.h"
 #include "server/http/api.h"
 #include "server/http/query.h"
 #include "server/http/service.h"
@@ -26,8 +27,13 @@ Response post_model(Api& api, const Request& request) {
     return Response::json(to_text({{"estimate", estimate_json(estimate(*mesh->soup, wanted.options))}}));
   check_budget(*mesh->soup, wanted.options, api.memory_limit);
   if (wanted.supersedes) api.jobs.cancel(*wanted.supersedes);
-  const JobView job = api.jobs.submit(
-      "model", [&api, mesh, options = wanted.options, preview = wanted.preview](Progress& progress) {
+  const JobView job =
+      api.jobs.submit("model", [&api, mesh, options = wanted.options, preview = wanted.preview,
+                                budget = wanted.budget_tets](Progress& progress) mutable {
+        if (budget)
+          options = mesh->full.with([&](AuthoringPipeline& pipeline) {
+            return fit_tet_budget(pipeline, options, *budget, progress);
+          });
         return model_result(*make_model(api, mesh, options, preview, progress));
       });
   return job_response(api, job.id, wait_ms, 202);

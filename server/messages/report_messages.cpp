@@ -59,10 +59,11 @@ double number_from(const Json& json) {
   return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-Json provenance(std::string_view kind, bool complete) {
+Json provenance(std::string_view kind, bool complete, std::string_view source = {}) {
   const BuildInfo& info = build_info();
   return {{"kind", kind},
           {"complete", complete},
+          {"source", source},
           {"machine", info.machine},
           {"compiler", info.compiler},
           {"version", info.version},
@@ -83,13 +84,6 @@ Json to_json(const SceneSettings& settings) {
           {"substeps", settings.substeps},
           {"tolerance", settings.tolerance},
           {"resolution", settings.resolution}};
-}
-
-/// Points that differ in the step only are one curve.
-std::string series_name(const SceneSettings& s) {
-  std::string name =
-      fmt::format("{} · {} · {:.0e}", solver_name(s.solver), springs_name(s.springs), s.tolerance);
-  return s.resolution == 1.0 ? name : name + fmt::format(" · ×{:g}", s.resolution);
 }
 
 /// Points that differ in the lattice only are one curve.
@@ -116,12 +110,14 @@ Json to_json(const ScenePoint& point) {
           {"fallbacks", point.fallbacks}};
 }
 
+SceneSettings settings_from(const Json& json) {
+  return {value_of(solver_names, json.at("solver")), value_of(springs_names, json.at("springs")),
+          json.at("substeps"), json.at("tolerance"), json.at("resolution")};
+}
+
 ScenePoint scene_point_from(const Json& json) {
   ScenePoint point;
-  const Json& settings = json.at("settings");
-  point.settings = {value_of(solver_names, settings.at("solver")),
-                    value_of(springs_names, settings.at("springs")), settings.at("substeps"),
-                    settings.at("tolerance"), settings.at("resolution")};
+  point.settings = settings_from(json.at("settings"));
   point.outcome = value_of(outcome_names, json.at("outcome"));
   point.reason = json.at("reason");
   for (const SceneErrorField& field : scene_error_fields())
@@ -151,17 +147,30 @@ MeshingPoint meshing_point_from(const Json& json) {
   return point;
 }
 
-template <class Point>
-std::vector<Point> decode_points(std::string_view json, Point (*decode)(const Json&)) {
+/// What has to be the same for two runs to stand in one report.
+void check_provenance(const Json& report, const Json& ours) {
+  for (const char* what : {"kind", "source", "machine", "compiler", "commit"})
+    if (report.at(what) != ours.at(what))
+      throw Error(ErrorCode::cannot_read,
+                  fmt::format("the report to resume has another {}: {}, not {}", what, report.at(what).dump(),
+                              ours.at(what).dump()),
+                  "run it afresh, without --resume");
+}
+
+template <class Report, class Point>
+Report decode_report(std::string_view text, const Json& ours, Point (*decode)(const Json&)) {
   try {
-    std::vector<Point> points;
-    const Json report = Json::parse(json);
-    for (const Json& point : report.at("points")) points.push_back(decode(point));
-    return points;
-  } catch (const std::exception& fault) {
+    Report report;
+    const Json json = Json::parse(text);
+    check_provenance(json, ours);
+    for (const Json& point : json.at("points")) report.points.push_back(decode(point));
+    if constexpr (std::is_same_v<Report, SceneReport>)
+      report.reference = settings_from(json.at("reference").at("settings"));
+    return report;
+  } catch (const Json::exception& fault) {
     throw Error(ErrorCode::cannot_read,
                 std::string("the report to resume is not one of ours: ") + fault.what(),
-                "run it afresh into another folder");
+                "run it afresh, without --resume");
   }
 }
 
@@ -219,6 +228,12 @@ std::string_view outcome_name(Outcome outcome) {
   return name_of(outcome_names, outcome);
 }
 
+std::string series_name(const SceneSettings& s) {
+  std::string name =
+      fmt::format("{} · {} · {:.0e}", solver_name(s.solver), springs_name(s.springs), s.tolerance);
+  return s.resolution == 1.0 ? name : name + fmt::format(" · ×{:g}", s.resolution);
+}
+
 VolumeSolver solver_named(const std::string& name) {
   return value_of(solver_names, name);
 }
@@ -226,8 +241,9 @@ SpringIntegrator springs_named(const std::string& name) {
   return value_of(springs_names, name);
 }
 
-std::string encode_scene_report(const SceneReport& report, std::optional<double> budget_ms) {
-  Json json = provenance("scene", report.complete);
+std::string encode_scene_report(const SceneReport& report, std::optional<double> budget_ms,
+                                std::string_view source) {
+  Json json = provenance("scene", report.complete, source);
   json["scene"] = report.scene;
   json["reference"] = {{"settings", to_json(report.reference)},
                        {"seconds", number(report.reference_seconds)}};
@@ -273,17 +289,17 @@ std::string encode_scene_csv(const SceneReport& report) {
   return csv;
 }
 
-std::vector<ScenePoint> decode_scene_points(std::string_view json) {
-  return decode_points(json, scene_point_from);
+SceneReport decode_scene_report(std::string_view json, std::string_view source) {
+  return decode_report<SceneReport>(json, provenance("scene", false, source), scene_point_from);
 }
 
-std::vector<MeshingPoint> decode_meshing_points(std::string_view json) {
-  return decode_points(json, meshing_point_from);
+MeshingReport decode_meshing_report(std::string_view json, std::string_view source) {
+  return decode_report<MeshingReport>(json, provenance("meshing", false, source), meshing_point_from);
 }
 
 std::string encode_meshing_report(const MeshingReport& report, std::string_view input,
-                                  std::optional<double> budget_ms) {
-  Json json = provenance("meshing", report.complete);
+                                  std::optional<double> budget_ms, std::string_view source) {
+  Json json = provenance("meshing", report.complete, source);
   json["input"] = input;
   json["fields"] = {{{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
                     {{"name", "input_to_boundary"}, {"label", "distance from the input to the boundary"}},

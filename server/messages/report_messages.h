@@ -14,16 +14,19 @@ namespace isochor {
 /// series, …}],
 ///  "fronts":{error:[indices of points]}, "orders":[…], "fields":[{name,label}]}. Not-a-number becomes null.
 /// With a budget (ms a step) also "proposal": {"point", "solver", "resolution"}, null when no point fits.
-std::string encode_scene_report(const SceneReport& report, std::optional<double> budget_ms = {});
+/// source names the content that it is of, for those who resume it.
+std::string encode_scene_report(const SceneReport& report, std::optional<double> budget_ms = {},
+                                std::string_view source = {});
 /// One row a point, the settings first.
 std::string encode_scene_csv(const SceneReport& report);
-/// The points of an encoded report, to resume it. Throws cannot_read.
-std::vector<ScenePoint> decode_scene_points(std::string_view json);
-std::vector<MeshingPoint> decode_meshing_points(std::string_view json);
+/// An encoded report, to resume it: the reference and the points. Throws cannot_read, also when it is of
+/// another source, machine, compiler or commit, so that its times and errors are not those of this one.
+SceneReport decode_scene_report(std::string_view json, std::string_view source);
+MeshingReport decode_meshing_report(std::string_view json, std::string_view source);
 
 /// The proposal, within a budget for the whole of meshing: {"point", "params"}.
 std::string encode_meshing_report(const MeshingReport& report, std::string_view input,
-                                  std::optional<double> budget_ms = {});
+                                  std::optional<double> budget_ms = {}, std::string_view source = {});
 std::string encode_meshing_csv(const MeshingReport& report);
 
 std::string encode_stability(const StabilityReport& report);
@@ -38,6 +41,8 @@ Scene apply_params(const Scene& scene, std::string_view json);
 std::string_view solver_name(VolumeSolver solver);
 std::string_view springs_name(SpringIntegrator springs);
 std::string_view outcome_name(Outcome outcome);
+/// What the points of one curve share: they differ in the step only.
+std::string series_name(const SceneSettings& settings);
 /// Throw invalid_argument.
 VolumeSolver solver_named(const std::string& name);
 SpringIntegrator springs_named(const std::string& name);

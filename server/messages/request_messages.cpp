@@ -124,6 +124,7 @@ ModelRequest read_model_request(std::string_view text) {
   if (const auto preset = reader.text("preset")) request.options = preset_options(*preset);
   if (const Json* params = reader.member("params")) read_params(reader, *params, request.options);
   request.supersedes = reader.text("supersedes");
+  request.budget_tets = reader.integer("budget_tets", 1, 1000000000);
   request.preview = reader.choice("quality", {"full", "preview"}).value_or(0) == 1;
   request.dry_run = reader.boolean("dry_run").value_or(false);
   reader.finish("model");

@@ -28,6 +28,7 @@ struct ModelRequest {
   std::string mesh_id;
   MeshingOptions options;
   std::optional<std::string> supersedes;
+  std::optional<std::int64_t> budget_tets;  ///< cells as the lattice that comes closest has them
   bool preview = false;
   bool dry_run = false;
 };

@@ -3,6 +3,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <span>
 #include <utility>
 
@@ -12,7 +13,9 @@
 namespace isochor {
 namespace {
 
-std::string read_part(const std::filesystem::path& path) {
+namespace fs = std::filesystem;
+
+std::string read_part(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw Error(ErrorCode::cannot_read, "cannot read " + path.string(),
@@ -20,11 +23,24 @@ std::string read_part(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::string module_url(const std::filesystem::path& path) {
-  const std::string text = read_part(path);
-  std::string url = "data:text/javascript;base64,";
-  append_base64(url, std::as_bytes(std::span(text)));
-  return url;
+/// A module whose imports are names of the page's import map: a data: URL has no folder that '../ui/dom.js'
+/// could start from.
+std::string read_module(const fs::path& path) {
+  static const std::regex relative("from '[./]+(?:\\w+/)*(\\w+)\\.js'");
+  return std::regex_replace(read_part(path), relative, "from '$1'");
+}
+
+std::string import_map(const fs::path& web_folder) {
+  std::string map;
+  for (const char* module :
+       {"ui/dom.js", "ui/roving.js", "report/error_plot.js", "report/stability_map.js"}) {
+    const std::string text = read_module(web_folder / module);
+    map += (map.empty() ? "{\"imports\":{\"" : ",\"") + fs::path(module).stem().string() +
+           "\":\"data:text/javascript;base64,";
+    append_base64(map, std::as_bytes(std::span(text)));
+    map += '"';
+  }
+  return map + "}}";
 }
 
 /// Inside a script element only "</" could end it early.
@@ -36,18 +52,15 @@ std::string inside_script(std::string_view json) {
 
 }  // namespace
 
-std::string make_report_page(std::string_view report_json, const std::filesystem::path& web_folder) {
-  const std::filesystem::path uplot = web_folder / "node_modules/uplot/dist", own = web_folder / "report";
-  const std::array<std::pair<std::string_view, std::string>, 7> parts{{
-      {"{{uplot_css}}", read_part(uplot / "uPlot.min.css")},
-      {"{{report_css}}", read_part(own / "report.css")},
-      {"{{uplot_module}}", module_url(uplot / "uPlot.esm.js")},
-      {"{{curves_module}}", module_url(own / "curves.js")},
-      {"{{stability_map_module}}", module_url(own / "stability_map.js")},
-      {"{{report_module}}", read_part(own / "report.js")},
+std::string make_report_page(std::string_view report_json, const fs::path& web_folder) {
+  const std::array<std::pair<std::string_view, std::string>, 5> parts{{
+      {"{{plots_css}}", read_part(web_folder / "styles/plots.css")},
+      {"{{report_css}}", read_part(web_folder / "report/report.css")},
+      {"{{modules}}", import_map(web_folder)},
+      {"{{report_module}}", read_module(web_folder / "report/report.js")},
       {"{{report}}", inside_script(report_json)},
   }};
-  const std::string page = read_part(own / "report.html");
+  const std::string page = read_part(web_folder / "report/report.html");
   std::string filled;
   for (std::size_t at = 0; at < page.size();) {
     std::size_t next = page.find("{{", at);

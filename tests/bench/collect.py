@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""One JSON from what the benchmarks wrote: collect.py OUT PART… Of Google Benchmark's fields only those that say something
-about the code are kept."""
+"""One JSON from what the benchmarks wrote: collect.py [--into] OUT PART… Of Google Benchmark's fields only those that say
+something about the code are kept. --into keeps the other programs of OUT, which must be of this machine, compiler and
+commit."""
 import json
 import os
 import pathlib
@@ -28,15 +29,28 @@ def program(document):
     return [entry(benchmark) for benchmark in document["benchmarks"]] if "benchmarks" in document else document
 
 
-def main(out, *parts):
+def earlier(out, figures):
+    """The programs that stand in OUT already."""
+    if not os.path.exists(out):
+        return {}
+    known = json.load(open(out))
+    for name in ("machine", "compiler", "commit"):
+        if known[name] != figures[name]:
+            sys.exit(f"{out} has another {name}: {known[name]}, not {figures[name]}; run all programs")
+    return known["programs"]
+
+
+def main(out, *parts, into=False):
     cpu = [line.split(": ", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
     figures = {"machine": f"{cpu[0] if cpu else 'unknown CPU'}, {os.cpu_count()} cores",
                "compiler": first_line("c++", "--version"), "commit": first_line("git", "rev-parse", "--short=12", "HEAD"),
-               "load_average": round(os.getloadavg()[2], 1),
-               "programs": {pathlib.Path(part).stem: program(json.load(open(part))) for part in parts}}
+               "load_average": round(os.getloadavg()[2], 1)}
+    programs = earlier(out, figures) if into else {}
+    programs.update({pathlib.Path(part).stem: program(json.load(open(part))) for part in parts})
     with open(out, "w") as file:
-        json.dump(figures, file, indent=1)
+        json.dump({**figures, "programs": dict(sorted(programs.items()))}, file, indent=1)
         file.write("\n")
 
 
-main(*sys.argv[1:])
+arguments = sys.argv[1:]
+main(*(argument for argument in arguments if argument != "--into"), into="--into" in arguments)

@@ -169,6 +169,13 @@ class Report(ProgramTest):
             if point["outcome"] == "failed":  # 64 cells of 96 voxels
                 self.assertIn("half the voxels", point["reason"])
 
+    def test_another_scene_is_not_resumed(self):
+        out, grid = self.folder / "report", ("--solvers", "newton", "--substeps", "1", "--repeats", "1", "--refinement", "2")
+        self.run_json("report", self.file("scene.json", json.dumps(SPINNING)), "-o", out, *grid)
+        other = self.file("scene.json", json.dumps({**SPINNING, "duration": 0.1}))
+        refused = self.run_json("report", other, "-o", out, *grid, "--resume", expect=3)
+        self.assertIn("another source", refused["detail"])
+
     def test_a_budget_is_a_params_file(self):
         scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
         self.run_program("report", scene, "-o", out, "--solvers", "newton", "--substeps", "1,3,9", "--springs", "implicit",

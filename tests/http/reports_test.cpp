@@ -116,6 +116,24 @@ TEST_F(ReportsApi, MeshingIsMeasuredOverItsGrid) {
   EXPECT_EQ(report["proposal"]["params"]["voxels"], 32);
 }
 
+TEST_F(ReportsApi, ANumberOfTetsChoosesTheLattice) {
+  json request{{"mesh_id", client_.send("POST", "/api/v1/meshes?sample=sphere").json()["id"]},
+               {"params", {{"voxels", 48}}}};
+  const auto tets = [&] {
+    return wait(client_.send_json("POST", "/api/v1/models?wait_ms=10000", request)
+                    .json())["result"]["model"]["tets"]
+        .get<int>();
+  };
+  constexpr int wanted = 2500;
+  int closest = 1 << 30;
+  for (const int cells : {8, 10, 12, 14, 16}) {
+    request["params"]["cells"] = cells;
+    closest = std::min(closest, std::abs(tets() - wanted));
+  }
+  request["budget_tets"] = wanted;
+  EXPECT_EQ(std::abs(tets() - wanted), closest);
+}
+
 TEST_F(ReportsApi, ACancelledReportKeepsWhatIsDone) {
   const HttpResponse response = post(endless_, "");
   EXPECT_EQ(response.status, 202);

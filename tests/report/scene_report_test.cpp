@@ -85,12 +85,15 @@ TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
 
   cancel = false;
   options.on_point = {};
-  options.done = part.points;
-  options.done[0].seconds = 12345.0;  // planted, to see that it is taken over and not run again
+  options.earlier = part;
+  options.earlier.points[0].seconds = 12345.0;  // planted, to see that it is taken over and not run again
   const SceneReport whole = report_scene(scene, options, progress);
   EXPECT_TRUE(whole.complete);
   ASSERT_EQ(whole.points.size(), 3u);
   EXPECT_EQ(whole.points[0].seconds, 12345.0);
+
+  options.reference_refinement *= 2;
+  EXPECT_NE(report_scene(scene, options, progress).points[0].seconds, 12345.0);
 }
 
 TEST(SceneReport, ResolutionKeepsTheMaterial) {

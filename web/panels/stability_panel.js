@@ -1,7 +1,7 @@
 import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {counted, number} from '../ui/format.js';
-import {on_map, stability_map} from '../report/stability_map.js';
+import {on_map, stability_maps} from '../report/stability_map.js';
 import {Measuring} from '../work/measuring.js';
 import {progress_row} from './report_panel.js';
 
@@ -15,7 +15,7 @@ export function stability_panel(app) {
     result.hidden = !report;
     if (!report) return;
     const failed = report.cases.filter(({passed}) => !passed).length;
-    result.replaceChildren(stability_map(report.cases.filter(on_map)), case_list(report.cases.filter(each => !on_map(each))),
+    result.replaceChildren(...stability_maps(report.cases), case_list(report.cases.filter(each => !on_map(each))),
       h('p', {class: 'quiet'}, `${report.cases.length - failed} of ${counted(report.cases.length, 'cases')} hold${report.complete ? '' : ' so far'}.`));
   });
   return [h('p', {class: 'quiet'}, 'Stiffness from 0 to 10¹² N/m at steps from 10 µs to 0.1 s, and starts, masses and impacts at their worst.'),

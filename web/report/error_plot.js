@@ -1,62 +1,111 @@
-// Error over run time on log-log axes, as SVG: points by series, spreads of the repeats, the
-// Pareto front, failures along the top. The points can be walked by arrow keys and chosen.
+// Error over run time on log-log axes, as SVG: points by series, spreads of the repeats, the Pareto front, a frame
+// budget, failures along the top. The points can be walked by arrow keys and chosen. For the page and the
+// self-contained report.
+import {h, svg} from '../ui/dom.js';
 import {rove} from '../ui/roving.js';
 
-const namespace = 'http://www.w3.org/2000/svg';
-const floor = 1e-17;  // round-off: a log axis has no zero
 const usable = point => point.outcome === 'converged' || point.outcome === 'infeasible';
 const marks = ['circle', 'square', 'diamond', 'triangle'];
-
-function element(tag, attributes, ...children) {
-  const made = document.createElementNS(namespace, tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  made.append(...children);
-  return made;
-}
+const colours = 8;
+const round_of = series => Math.floor(series / colours);
+const mark_of = series => marks[(series + round_of(series)) % marks.length];
 
 /// Series in the order of their first point.
 export const series_of = report => [...new Set(report.points.map(point => point.series))];
+const series_class = k => `series-${k % colours} round-${round_of(k) % 3}`;
 
-/// on_pick(index) when a point is clicked, or chosen with Enter.
-export function error_plot(report, field, {width = 264, height = 240, on_pick = () => {}, selected = null} = {}) {
-  const box = {left: 44, right: width - 8, top: 12, bottom: height - 26};
-  const x = scale(report.points.map(point => point.ms_per_step.median).filter(ms => ms > 0), box.left, box.right);
-  const y = scale(report.points.filter(usable).map(point => error_of(point, field)), box.bottom, box.top + 10);
-  const plot = element('svg', {viewBox: `0 0 ${width} ${height}`, class: 'error-plot', role: 'group', 'aria-label': 'Error over milliseconds a step'});
-  const names = series_of(report);
-  plot.append(...axis_lines(x, y, box), ...names.map((name, k) => curve(report, field, name, k, x, y)), front_line(report, field, x, y));
-  const order = report.points.map((point, index) => ({point, index})).filter(({point}) => point.ms_per_step.median > 0)
+// Round-off is plotted as such: a log axis has no zero.
+const round_off = 1e-17;
+const error_of = (point, field) => Math.max(point.errors[field], round_off);
+const plotted = (point, field) => usable(point) && point.errors[field] !== null && point.ms_per_step.median > 0;
+
+/// One point in words.
+export function in_words(point, field) {
+  const error = usable(point) && point.errors[field] !== null ? point.errors[field].toExponential(1) : '–';
+  const {median, min, max} = point.ms_per_step;
+  const what = [point.series, point.substeps && `${point.substeps} substeps`, point.settings.cells && `${point.settings.cells} cells`];
+  return `${what.filter(Boolean).join(', ')}: ${short(median)} ms (${short(min)} to ${short(max)}), error ${error}, ` +
+    `${point.outcome.replace('_', ' ')}`;
+}
+const short = value => value === null ? '–' : String(Number(value.toPrecision(3)));
+
+/// on_pick(index) when a point is clicked, or chosen with Enter; on_look(index) when it is pointed at or focused.
+export function error_plot(report, field, {width = 264, height = 240, time = 'ms a step', on_pick = () => {}, on_look = () => {}, selected = null} = {}) {
+  const box = {left: 46, right: width - 8, top: 14, bottom: height - 30};
+  const order = report.points.map((point, index) => ({point, index})).filter(({point}) => !usable(point) || plotted(point, field))
     .sort((a, b) => a.point.ms_per_step.median - b.point.ms_per_step.median);
+  const times = order.flatMap(({point}) => Object.values(point.ms_per_step)).filter(ms => ms > 0);
+  const x = scale(times, box.left, box.right);
+  const y = scale(order.filter(({point}) => usable(point)).map(({point}) => error_of(point, field)), box.bottom, box.top + 12);
+  const names = series_of(report);
+  const plot = svg('svg', {viewBox: `0 0 ${width} ${height}`, class: 'error-plot', role: 'group', 'aria-label': `Error over ${time}`},
+    axis_lines(x, y, box, time), budget_line(report, x, box), names.map((name, k) => curve(report, field, name, k, x, y)), front_line(report, field, x, y));
   const dots = order.map(({point, index}) => dot(point, index, field, names.indexOf(point.series), x, usable(point) ? y(error_of(point, field)) : box.top));
-  dots.forEach(node => node.classList.toggle('selected', Number(node.dataset.index) === selected));
+  dots.forEach((node, k) => {
+    const {index} = order[k];
+    node.classList.toggle('selected', index === selected);
+    node.addEventListener('click', () => on_pick(index));
+    for (const event of ['pointerenter', 'focus']) node.addEventListener(event, () => on_look(index));
+  });
   plot.append(...dots);
-  dots.forEach(node => node.addEventListener('click', () => on_pick(Number(node.dataset.index))));
   rove(dots, {choose: k => on_pick(order[k].index)});
   return plot;
 }
 
-const error_of = (point, field) => Math.max(point.errors[field] ?? floor, floor);
+/// The colours and marks of an error plot's series, and of what else it shows.
+export function error_legend(report) {
+  const item = (name, style, ...sample) => h('li', {}, svg('svg', {viewBox: '0 0 26 12', class: `error-plot ${style}`, 'aria-hidden': 'true'}, sample), name);
+  const line = style => svg('path', {d: 'M0 6h26', class: style});
+  const series = series_of(report).map((name, k) => item(name, series_class(k), line('curve'), mark(mark_of(k), 13, 6)));
+  const has = outcome => report.points.some(point => point.outcome === outcome);
+  return h('ul', {class: 'legend'}, series, item('Pareto front', '', line('front')),
+    has('infeasible') && item('hollow: infeasible, the tolerance was not met', 'infeasible', mark('circle', 13, 6)),
+    (has('blew_up') || has('failed')) && item('along the top: blew up or failed', 'failed', mark('cross', 13, 6)));
+}
 
 function scale(values, from, to) {
   const known = values.length ? values : [1];
-  const low = Math.floor(Math.log10(Math.min(...known))), high = Math.ceil(Math.log10(Math.max(...known)) + 1e-9);
-  const place = value => from + (to - from) * (Math.log10(value) - low) / Math.max(1, high - low);
-  place.decades = Array.from({length: Math.max(1, high - low) + 1}, (_, k) => low + k);
+  const [least, most] = [Math.log10(Math.min(...known)), Math.log10(Math.max(...known))];
+  const margin = Math.max(0.06 * (most - least), 0.08);
+  const [low, high] = [least - margin, most + margin];
+  const place = value => from + (to - from) * (Math.log10(value) - low) / (high - low);
+  const decades = Array.from({length: Math.floor(high) - Math.ceil(low) + 1}, (_, k) => Math.ceil(low) + k);
+  place.ticks = decades.length > 2 ? every(decades).map(decade => [10 ** decade, power(decade)]) : within_decades(low, high);
+  if (place.ticks.length < 2) place.ticks = [...new Set([least, most])].map(exponent => [10 ** exponent, short(10 ** exponent)]);
   return place;
 }
 
-function axis_lines(x, y, box) {
-  const every = decades => decades.filter((_, k) => k % Math.ceil(decades.length / 7) === 0);
-  const label = decade => Math.abs(decade) < 3 ? String(Number(`1e${decade}`)) : `1e${decade}`;
+const every = decades => decades.filter((_, k) => k % Math.ceil(decades.length / 7) === 0);
+const power = decade => Math.abs(decade) < 3 ? String(Number(`1e${decade}`)) : `1e${decade}`;
+
+/// 1, 2, 5, 10, … for an axis of less than three decades.
+function within_decades(low, high) {
+  const ticks = [];
+  for (let decade = Math.floor(low); decade <= high; ++decade)
+    for (const digit of [1, 2, 5]) {
+      const value = Number(`${digit}e${decade}`);
+      if (Math.log10(value) >= low && Math.log10(value) <= high) ticks.push([value, Math.abs(decade) < 3 ? String(value) : `${digit}e${decade}`]);
+    }
+  return ticks;
+}
+
+function axis_lines(x, y, box, time) {
   return [
-    ...every(x.decades).flatMap(decade => [
-      element('line', {x1: x(10 ** decade), x2: x(10 ** decade), y1: box.top, y2: box.bottom, class: 'grid'}),
-      element('text', {x: x(10 ** decade), y: box.bottom + 13, 'text-anchor': 'middle'}, label(decade))]),
-    ...every(y.decades).flatMap(decade => [
-      element('line', {x1: box.left, x2: box.right, y1: y(10 ** decade), y2: y(10 ** decade), class: 'grid'}),
-      element('text', {x: box.left - 4, y: y(10 ** decade) + 3, 'text-anchor': 'end'}, label(decade))]),
-    element('text', {x: box.right, y: box.bottom + 24, 'text-anchor': 'end'}, 'ms a step'),
+    ...x.ticks.flatMap(([value, label]) => [
+      svg('line', {x1: x(value), x2: x(value), y1: box.top, y2: box.bottom, class: 'grid'}),
+      svg('text', {x: x(value), y: box.bottom + 13, 'text-anchor': 'middle'}, label)]),
+    ...y.ticks.flatMap(([value, label]) => [
+      svg('line', {x1: box.left, x2: box.right, y1: y(value), y2: y(value), class: 'grid'}),
+      svg('text', {x: box.left - 4, y: y(value) + 3, 'text-anchor': 'end'}, label)]),
+    svg('text', {x: box.right, y: box.bottom + 26, 'text-anchor': 'end'}, time),
   ];
+}
+
+function budget_line({budget_ms}, x, box) {
+  const at = budget_ms ? x(budget_ms) : NaN;
+  if (!(at >= box.left && at <= box.right)) return [];
+  return [svg('line', {x1: at, x2: at, y1: box.top, y2: box.bottom, class: 'budget-line'}),
+    svg('text', {x: at + 3, y: box.bottom - 4}, `${budget_ms} ms`)];
 }
 
 const polyline = (points, field, x, y) =>
@@ -64,21 +113,21 @@ const polyline = (points, field, x, y) =>
 
 function front_line(report, field, x, y) {
   const points = (report.fronts[field] ?? []).map(index => report.points[index]);
-  return element('path', {d: polyline(points, field, x, y), class: 'front'});
+  return svg('path', {d: polyline(points, field, x, y), class: 'front'});
 }
 
 function curve({points}, field, name, series, x, y) {
-  const own = points.filter(point => point.series === name && usable(point) && point.ms_per_step.median > 0);
-  return element('path', {d: polyline(own, field, x, y), class: `curve series-${series % 6}`});
+  const own = points.filter(point => point.series === name && plotted(point, field));
+  return svg('path', {d: polyline(own, field, x, y), class: `curve ${series_class(series)}`});
 }
 
 function dot(point, index, field, series, x, at) {
-  const {median, min, max} = point.ms_per_step;
-  const words = `${point.series}: ${median.toPrecision(3)} ms, error ${usable(point) ? error_of(point, field).toExponential(1) : '–'}, ${point.outcome.replace('_', ' ')}`;
-  return element('g', {class: `dot series-${series % 6} ${point.outcome}`, role: 'button', 'aria-label': words, 'data-index': index},
-    element('title', {}, words),
-    element('line', {x1: x(Math.max(min, median / 10)), x2: x(max), y1: at, y2: at, class: 'spread'}),
-    mark(usable(point) ? marks[series % marks.length] : 'cross', x(median), at));
+  const {median, min, max} = point.ms_per_step, words = in_words(point, field);
+  const left = median > 0 ? x(median) : 46;
+  return svg('g', {class: `dot ${series_class(series)} ${point.outcome}`, role: 'button', 'aria-label': words, 'data-index': index},
+    svg('title', {}, words),
+    median > 0 ? svg('line', {x1: x(min), x2: x(max), y1: at, y2: at, class: 'spread'}) : [],
+    mark(usable(point) ? mark_of(series) : 'cross', left, at));
 }
 
 function mark(kind, x, y) {
@@ -86,5 +135,5 @@ function mark(kind, x, y) {
     circle: `M${x - 4} ${y}a4 4 0 1 0 8 0a4 4 0 1 0-8 0z`, square: `M${x - 3.6} ${y - 3.6}h7.2v7.2h-7.2z`,
     diamond: `M${x} ${y - 5}l5 5-5 5-5-5z`, triangle: `M${x} ${y - 5}l4.6 8.4h-9.2z`, cross: `M${x - 4} ${y - 4}l8 8m0-8l-8 8`,
   };
-  return element('path', {d: paths[kind], class: 'mark'});
+  return svg('path', {d: paths[kind], class: 'mark'});
 }

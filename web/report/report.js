@@ -1,89 +1,107 @@
 // Draws the report that stands in this document.
-import { error_curves, failed_color, group_series } from 'curves';
-import { on_map, stability_map } from 'stability_map';
+import {h} from '../ui/dom.js';
+import {error_legend, error_plot, in_words} from './error_plot.js';
+import {stability_maps} from './stability_map.js';
 
 const report = JSON.parse(document.getElementById('report').textContent);
 const content = document.getElementById('content');
+const say = (id, text) => document.getElementById(id).textContent = text;
 
-function add(parent, tag, text = '', attributes = {}) {
-  const element = document.createElement(tag);
-  element.textContent = text;
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  parent.append(element);
-  return element;
+function digits(value) {
+  if (value === null || value === undefined) return '–';
+  if (value === 0) return '0';
+  const plain = Math.abs(value) >= 1e-2 && Math.abs(value) < 1e5;
+  return plain ? String(Number(value.toPrecision(3))) : value.toExponential(1);
 }
-
-const digits = (value) => (value == null ? '–' : value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e5 ? value.toExponential(1) : Number(value.toPrecision(3)).toString());
 
 function table(title, head, rows, row_class = () => '') {
-  add(content, 'h2', title);
-  const element = add(add(content, 'div', '', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title }), 'table');
-  const header = add(add(element, 'thead'), 'tr');
-  head.forEach((name, column) => add(header, 'th', name, { scope: 'col', class: typeof rows[0]?.[column] === 'string' ? 'text' : '' }));
-  const body = add(element, 'tbody');
-  rows.forEach((row, index) => {
-    const line = add(body, 'tr', '', { class: row_class(index) });
-    for (const cell of row) add(line, 'td', typeof cell === 'number' || cell == null ? digits(cell) : cell, typeof cell === 'string' ? { class: 'text' } : {});
+  const text = value => ({class: typeof value === 'string' ? 'text' : ''});
+  const cell = value => h('td', text(value), typeof value === 'string' ? value : digits(value));
+  const lines = rows.map((row, k) => h('tr', {class: row_class(k)}, row.map(cell)));
+  content.append(h('h2', {}, title), scrolled(title, h('table', {},
+    h('thead', {}, h('tr', {}, head.map((name, column) => h('th', {scope: 'col', ...text(rows[0]?.[column])}, name)))),
+    h('tbody', {}, lines))));
+  return lines;
+}
+
+const scrolled = (title, element) => h('div', {class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title}, element);
+
+/// One plot an error. `pick` gets the index of a point that was chosen.
+function draw_plots(time, pick) {
+  const plots = report.fields.map(({name, label}) => {
+    const caption = h('figcaption', {}, label);
+    if (report.points.every(point => !point.errors[name])) return h('figure', {}, caption, h('p', {}, 'Zero, or not defined, at every point.'));
+    const words = h('p', {class: 'looked-at'}, 'Point at a mark for its settings; a click finds it in the table.');
+    const on_look = index => words.textContent = in_words(report.points[index], name);
+    return h('figure', {}, caption, error_plot(report, name, {width: 400, height: 290, time, on_look, on_pick: pick}), words, orders_of(name));
   });
+  content.append(error_legend(report), h('div', {class: 'charts'}, plots));
 }
 
-function legend(parent, entries) {
-  const list = add(parent, 'ul', '', { class: 'legend' });
-  for (const [name, color] of entries) {
-    const item = add(list, 'li');
-    add(item, 'span').style.background = color;
-    item.append(name);
-  }
+function orders_of(field) {
+  const orders = report.orders.filter(({error, points}) => error === field && points > 2);
+  return orders.length > 0 && h('details', {open: orders.length < 5}, h('summary', {}, 'Orders of convergence'),
+    h('ul', {}, orders.map(({order, axis, series, points}) => h('li', {}, `${order.toFixed(2)} in ${axis}: ${series}, ${points} points`))));
 }
 
-function draw_curves(time) {
-  legend(content, [...group_series(report.points).map((g) => [g.name, g.color]), ['Pareto front', '#888f94'], ['blew up or failed', failed_color]]);
-  const charts = add(content, 'div', '', { class: 'charts' });
-  const ink = getComputedStyle(document.body).getPropertyValue('--soft').trim();
-  for (const { name, label } of report.fields) {
-    const figure = add(charts, 'figure');
-    add(figure, 'figcaption', label);
-    if (report.points.every((p) => !p.errors[name])) { add(figure, 'p', 'Zero, or not defined, at every point.'); continue; }
-    error_curves(figure, report, name, { width: Math.max(280, figure.clientWidth - 26), height: 280, ink, time });
-    for (const o of report.orders.filter((each) => each.error === name && each.points > 2))
-      add(figure, 'p', `order ${o.order.toFixed(2)} in ${o.axis}: ${o.series}, ${o.points} points`);
-  }
+const outcomes = {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};
+/// Two columns: the outcome, and why.
+const outcome = point => [outcomes[point.outcome], point.reason];
+const range = ({min, max}) => `${digits(min)} – ${digits(max)}`;
+
+/// The plots, and the table of points in which a chosen one is marked.
+function draw_points(time, title, head, row, front) {
+  let rows = [];
+  draw_plots(time, index => {
+    rows.forEach((line, k) => line.classList.toggle('picked', k === index));
+    rows[index].scrollIntoView({block: 'center'});
+  });
+  rows = table(title, head, report.points.map(row), k => front.has(k) ? 'front' : '');
 }
 
-const outcomes = { converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed' };
-const outcome = (p) => (p.reason ? `${outcomes[p.outcome]}: ${p.reason}` : outcomes[p.outcome]);
-const range = ({ min, max }) => `${digits(min)} – ${digits(max)}`;
+const names = report.fields?.map(({name}) => name);
+const settings = ({solver, springs, substeps, tolerance, resolution}) =>
+  `${solver}, ${springs} springs, ${substeps} substeps a frame, tolerance ${digits(tolerance)}, resolution ×${resolution}`;
 
 function draw_scene() {
-  draw_curves('ms a step');
-  const front = new Set(report.fronts.trajectory_rms);
-  table('Points (the front of the trajectory error is marked)',
-    ['settings', 'substeps', 'ms a step', 'min – max', ...report.fields.map((f) => f.name), 'outcome'],
-    report.points.map((p) => [p.series, p.substeps, p.ms_per_step.median, range(p.ms_per_step),
-      ...report.fields.map((f) => p.errors[f.name]), outcome(p)]),
-    (index) => (front.has(index) ? 'front' : ''));
+  say('reference', `Reference: ${settings(report.reference.settings)}; it took ${digits(report.reference.seconds)} s. ` +
+    'Times: median over the frames of a run, then over its repeats.');
+  draw_points('ms a step', 'Points (the front of the trajectory error is marked)',
+    ['settings', 'substeps', 'outcome', 'why', 'ms a step', 'min – max', '95 % within', ...names],
+    p => [p.series, p.substeps, ...outcome(p), p.ms_per_step.median, range(p.ms_per_step), p.ms_p95, ...names.map(name => p.errors[name])],
+    new Set(report.fronts.trajectory_rms));
   if (report.orders.length > 0)
     table('Orders of convergence', ['series', 'error', 'axis', 'order', 'points'],
-      report.orders.map((o) => [o.series, o.error, o.axis, o.order, o.points]));
+      report.orders.map(({series, error, axis, order, points}) => [series, error, axis, order, points]));
 }
 
 function draw_meshing() {
-  draw_curves('ms from soup to tets');
-  table('Points',
-    ['settings', 'cells', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted', 'outcome'],
-    report.points.map((p) => [p.series, p.settings.cells, p.tets, p.ms_per_step.median, range(p.ms_per_step), p.volume_error,
-      p.errors.boundary_to_input, p.errors.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted, outcome(p)]));
+  draw_points('ms from soup to tets', 'Points (the front of the distance to the input is marked)',
+    ['settings', 'cells', 'outcome', 'why', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted'],
+    p => [p.series, p.settings.cells, ...outcome(p), p.tets, p.ms_per_step.median, range(p.ms_per_step), p.volume_error,
+      p.errors.boundary_to_input, p.errors.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted],
+    new Set(report.fronts.boundary_to_input));
 }
 
 function draw_stability() {
-  add(content, 'h2', 'Stiffness over step');
-  add(content, 'div', '', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': 'Stiffness over step' }).append(stability_map(report.cases.filter(on_map)));
-  table('Cases', ['case', 'passed', 'largest cell error', 'energy ratio', 'inverted', 'recoveries', 's', 'outcome'],
-    report.cases.map((c) => [`${c.group}: ${c.name}`, c.passed ? '✓' : '✗', c.max_cell_volume_error, c.energy_ratio, c.inverted, c.recoveries, c.seconds, c.outcome]));
+  const failed = report.cases.filter(({passed}) => !passed).length;
+  say('reference', `${report.cases.length - failed} of ${report.cases.length} cases hold.`);
+  content.append(h('h2', {}, 'Stiffness over step'),
+    h('div', {class: 'charts'}, stability_maps(report.cases).map(map => scrolled(map.caption.textContent, map))));
+  table('Cases', ['case', 'holds', 'largest cell error', 'energy ratio', 'inverted', 'recoveries', 's', 'outcome'],
+    report.cases.map(c => [`${c.group}: ${c.name}`, c.passed ? '✓' : '✗', c.max_cell_volume_error, c.energy_ratio, c.inverted, c.recoveries, c.seconds, c.outcome]),
+    k => report.cases[k].passed ? '' : 'short');
 }
 
-const titles = { scene: () => `Error against run time: ${report.scene}`, meshing: () => `Meshing: ${report.input}`, stability: () => 'Stability' };
-document.title = document.getElementById('title').textContent = titles[report.kind]();
-document.getElementById('provenance').textContent = `${report.machine} · ${report.compiler} · Isochor ${report.version} (${report.commit})`;
+function say_proposal() {
+  if (report.budget_ms === undefined) return;
+  const point = report.points[report.proposal?.point];
+  say('proposal', `Within ${report.budget_ms} ms: ${point ? in_words(point, report.fields[0].name) : 'no point of the grid'}.`);
+}
+
+const titles = {scene: () => `Error against run time: ${report.scene}`, meshing: () => `Meshing: ${report.input}`, stability: () => 'Stability'};
+document.title = say('title', titles[report.kind]());
+say('provenance', `${report.machine} · ${report.compiler} · Isochor ${report.version} (${report.commit})`);
+say_proposal();
 document.getElementById('incomplete').hidden = report.complete;
-({ scene: draw_scene, meshing: draw_meshing, stability: draw_stability })[report.kind]();
+({scene: draw_scene, meshing: draw_meshing, stability: draw_stability})[report.kind]();
