@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 NOISE = {"family_index", "per_family_instance_index", "run_name", "run_type", "repetitions", "repetition_index", "threads",
-         "cpu_time", "aggregate_unit"}
+         "aggregate_unit"}
 
 
 def first_line(*command):

@@ -1,7 +1,10 @@
 // Every stage of meshing on its own, with the growth over what it works on: triangles, voxels, cells or
-// vertices (complexity_n). A torus without symmetry to the grid, so that sizes can be chosen freely.
+// vertices (complexity_n). One thread; CPU time. A torus without symmetry to the grid, so that sizes can be
+// chosen freely.
 #include <benchmark/benchmark.h>
 
+#include <array>
+#include <map>
 #include <sstream>
 
 #include "core/embedding/embedding.h"
@@ -38,9 +41,13 @@ struct Model {
   Smoothed smoothed;
 };
 
-Model make_model(int segments, int voxels, int cells) {
+/// Made once: Google Benchmark calls a function again for every number of iterations it tries.
+const Model& make_model(int segments, int voxels, int cells) {
+  static std::map<std::array<int, 3>, Model> made;
+  const auto [known, missing] = made.try_emplace({segments, voxels, cells});
+  Model& model = known->second;
+  if (!missing) return model;
   Progress quiet;
-  Model model;
   model.soup = tilted_torus(segments);
   model.field = make_distance_field(model.soup, {.voxels = voxels}, quiet);
   model.volume = make_pseudo_volume(model.field, {}, quiet);
@@ -100,13 +107,13 @@ void distance_over_triangles(benchmark::State& state) {
 }
 
 void pseudo_volume(benchmark::State& state) {
-  const Model model = make_model(usual_segments, static_cast<int>(state.range(0)), usual_cells / 2);
+  const Model& model = make_model(usual_segments, static_cast<int>(state.range(0)), usual_cells / 2);
   Progress quiet;
   run(state, model.field.grid.count(), [&] { return make_pseudo_volume(model.field, {}, quiet); });
 }
 
 void lattice_over_voxels(benchmark::State& state) {
-  const Model model = make_model(usual_segments, static_cast<int>(state.range(0)), usual_cells / 2);
+  const Model& model = make_model(usual_segments, static_cast<int>(state.range(0)), usual_cells / 2);
   const Box box = bounding_box(model.soup);
   Progress quiet;
   run(state, model.field.grid.count(),
@@ -114,7 +121,7 @@ void lattice_over_voxels(benchmark::State& state) {
 }
 
 void lattice_over_cells(benchmark::State& state) {
-  const Model model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
+  const Model& model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
   const Box box = bounding_box(model.soup);
   Progress quiet;
   run(state, static_cast<std::size_t>(model.lattice.kept_count),
@@ -122,31 +129,31 @@ void lattice_over_cells(benchmark::State& state) {
 }
 
 void tetrahedra(benchmark::State& state) {
-  const Model model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
+  const Model& model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
   run(state, model.mesh.cells.size(), [&] { return make_tetrahedra(model.lattice); });
 }
 
 void smoothing(benchmark::State& state) {
-  const Model model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
+  const Model& model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
   Progress quiet;
   run(state, model.mesh.cells.size(), [&] { return smooth(model.mesh, {}, quiet); });
 }
 
 void embedding_over_vertices(benchmark::State& state) {
-  const Model model = make_model(static_cast<int>(state.range(0)), usual_voxels, usual_cells);
+  const Model& model = make_model(static_cast<int>(state.range(0)), usual_voxels, usual_cells);
   Progress quiet;
   run(state, model.soup.positions.size(),
       [&] { return make_embedding(model.soup, model.smoothed.mesh, quiet); });
 }
 
 void embedding_over_cells(benchmark::State& state) {
-  const Model model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
+  const Model& model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
   Progress quiet;
   run(state, model.mesh.cells.size(), [&] { return make_embedding(model.soup, model.smoothed.mesh, quiet); });
 }
 
 void quality(benchmark::State& state) {
-  const Model model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
+  const Model& model = make_model(usual_segments, usual_voxels, static_cast<int>(state.range(0)));
   Progress quiet;
   const MeasuredSoup input(model.soup);
   const Embedding embedding = make_embedding(model.soup, model.smoothed.mesh, quiet);
@@ -169,7 +176,6 @@ void over(const char* unit, void (*stage)(benchmark::State&), const char* name,
   auto* entry = benchmark::RegisterBenchmark(name, stage)
                     ->ArgName(unit)
                     ->Unit(benchmark::kMillisecond)
-                    ->UseRealTime()
                     ->MinTime(0.2)
                     ->Complexity();
   for (const std::int64_t size : sizes) entry->Arg(size);

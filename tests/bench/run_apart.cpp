@@ -4,15 +4,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
 
+#include "tests/bench/cpu_clock.h"
+
 namespace isochor {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 template <class T>
 void put(std::FILE* pipe, const std::vector<T>& values) {
@@ -33,14 +32,14 @@ bool get(std::FILE* pipe, std::vector<T>& values) {
   ::alarm(static_cast<unsigned>(seconds_allowed));
   Tets mesh;
   std::string failure;
-  const auto start = Clock::now();
+  const double start = cpu_seconds();
   try {
     mesh = mesher();
     if (mesh.tets.empty()) failure = "gave no tets";
   } catch (const std::exception& error) {
     failure = error.what();
   }
-  const std::vector<double> seconds{std::chrono::duration<double>(Clock::now() - start).count()};
+  const std::vector<double> seconds{cpu_seconds() - start};
   std::FILE* pipe = ::fdopen(descriptor, "wb");
   put(pipe, std::vector<char>(failure.begin(), failure.end()));
   put(pipe, seconds);

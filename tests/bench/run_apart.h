@@ -8,7 +8,7 @@ namespace isochor {
 /// What a mesher gave in a process of its own, so that it may crash or hang.
 struct Apart {
   Tets mesh;
-  double seconds = 0.0;
+  double seconds = 0.0;  ///< of CPU
   std::string
       failure;  ///< its own reason, "crashed (signal 11)" or "nothing within 60 s"; empty when it gave tets
 };

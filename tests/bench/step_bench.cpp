@@ -1,5 +1,5 @@
 // A frame of 1/60 s: each spring integrator, contacts, recovery from inverted cells, and rigid bodies alone,
-// with the growth over the number of cells (of bodies for the rigid ones). One thread.
+// with the growth over the number of cells (of bodies for the rigid ones). One thread; CPU time.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -123,7 +123,6 @@ void over(const char* name, const char* unit, std::initializer_list<std::int64_t
   auto* entry = benchmark::RegisterBenchmark(name, function)
                     ->ArgName(unit)
                     ->Unit(benchmark::kMillisecond)
-                    ->UseRealTime()
                     ->MinTime(0.3)
                     ->Complexity();
   for (const std::int64_t size : sizes) entry->Arg(size);
