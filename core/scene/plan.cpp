@@ -166,8 +166,8 @@ void plan_phases(World& world) {
 }
 
 void measure_phases(World& world) {
-  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, pins = 0, attachments = 0, state = 0,
-               implicit = 0, filtered = 0;
+  std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, inversion = 0, pins = 0, attachments = 0,
+               symplectic = 0, implicit = 0, lively = 0;
   for (const SceneSoftBody& soft : world.soft) {
     const SoftBody& body = soft.body;
     edges += body.springs.edges.bytes();
@@ -175,11 +175,14 @@ void measure_phases(World& world) {
     volume += body.projector->bytes();
     attachments += static_cast<std::int64_t>(soft.attachments.capacity() * sizeof(PinnedParticle));
     pins += static_cast<std::int64_t>(soft.pins.capacity() * sizeof(PinnedParticle));
-    if (soft.implicit)
-      (soft.integrator == SpringIntegrator::implicit ? implicit : filtered) += soft.implicit->bytes();
+    if (soft.tets) inversion += soft.tets->bytes();
     if (soft.contacts) contacts += soft.contacts->bytes();
-    state += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
-             bytes_of(body.start_velocities) + bytes_of(body.forces);
+    std::int64_t& integrator = soft.integrator == SpringIntegrator::symplectic ? symplectic
+                               : soft.integrator == SpringIntegrator::implicit ? implicit
+                                                                               : lively;
+    if (soft.implicit) integrator += soft.implicit->bytes();
+    integrator += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
+                  bytes_of(body.start_velocities) + bytes_of(body.forces);
   }
   world.phases.set_bytes(Phase::edge_springs, edges);
   world.phases.set_bytes(Phase::diagonal_springs, diagonals);
@@ -187,9 +190,10 @@ void measure_phases(World& world) {
   world.phases.set_bytes(Phase::pins, pins);
   world.phases.set_bytes(Phase::attachments, attachments);
   world.phases.set_bytes(Phase::contacts, contacts);
-  world.phases.set_bytes(Phase::symplectic_euler, state);
+  world.phases.set_bytes(Phase::inversion, inversion);
+  world.phases.set_bytes(Phase::symplectic_euler, symplectic);
   world.phases.set_bytes(Phase::implicit_euler, implicit);
-  world.phases.set_bytes(Phase::energy_momentum, filtered);
+  world.phases.set_bytes(Phase::energy_momentum, lively);
 }
 
 }  // namespace isochor

@@ -228,16 +228,24 @@ std::string run_meshing_report(CliContext& context, const ReportCommand& command
 
 void run_report(CliContext& context, const ReportCommand& command, const ParameterOptions& parameters) {
   Json documents = Json::array();
+  std::optional<Error> unmet;  // a budget of one input does not stop the others
   for (const std::string& input : command.inputs) {
     if (context.exit_code == exit_interrupted) break;
     const fs::path folder = command.inputs.size() == 1 ? fs::path(command.output)
                                                        : fs::path(command.output) / fs::path(input).stem();
     fs::create_directories(folder);
-    const std::string json = fs::path(input).extension() == ".json"
-                                 ? run_scene_report(context, command, input, folder)
-                                 : run_meshing_report(context, command, parameters.resolve(), input, folder);
-    if (context.json) documents.push_back(Json::parse(json));
+    try {
+      const std::string json =
+          fs::path(input).extension() == ".json"
+              ? run_scene_report(context, command, input, folder)
+              : run_meshing_report(context, command, parameters.resolve(), input, folder);
+      if (context.json) documents.push_back(Json::parse(json));
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::over_budget) throw;
+      unmet.emplace(error.code(), input + ": " + error.what(), error.hint());
+    }
   }
+  if (unmet) throw *unmet;
   if (context.json) context.print_json(documents.size() == 1 ? documents.front() : documents);
 }
 

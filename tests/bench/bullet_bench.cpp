@@ -135,7 +135,7 @@ void isochor_drop(benchmark::State& state) {
 }
 
 BENCHMARK(bullet_drop)
-    ->ArgNames({"n", "iterations"})
+    ->ArgNames({"n", "passes"})
     ->ArgsProduct({{8, 16}, {1, 8, 64}})
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);

@@ -29,6 +29,13 @@ def program(document):
     return [entry(benchmark) for benchmark in document["benchmarks"]] if "benchmarks" in document else document
 
 
+def lines(item):
+    """A program, one benchmark a line."""
+    name, entries = item
+    text = "[" + ",\n".join(map(json.dumps, entries)) + "]" if isinstance(entries, list) else json.dumps(entries)
+    return f"{json.dumps(name)}: {text}"
+
+
 def earlier(out, figures):
     """The programs that stand in OUT already."""
     if not os.path.exists(out):
@@ -47,9 +54,9 @@ def main(out, *parts, into=False):
                "load_average": round(os.getloadavg()[2], 1)}
     programs = earlier(out, figures) if into else {}
     programs.update({pathlib.Path(part).stem: program(json.load(open(part))) for part in parts})
+    head = [f"{json.dumps(name)}: {json.dumps(value)}" for name, value in figures.items()]
     with open(out, "w") as file:
-        json.dump({**figures, "programs": dict(sorted(programs.items()))}, file, indent=1)
-        file.write("\n")
+        file.write("{" + ",\n".join([*head, '"programs": {' + ",\n".join(map(lines, sorted(programs.items())))]) + "}}\n")
 
 
 arguments = sys.argv[1:]

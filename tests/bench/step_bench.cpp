@@ -123,7 +123,7 @@ void over(const char* name, const char* unit, std::initializer_list<std::int64_t
   auto* entry = benchmark::RegisterBenchmark(name, function)
                     ->ArgName(unit)
                     ->Unit(benchmark::kMillisecond)
-                    ->MinTime(0.3)
+                    ->MinTime(0.2)
                     ->Complexity();
   for (const std::int64_t size : sizes) entry->Arg(size);
 }

@@ -24,10 +24,9 @@ class Figures:
 
 
 def ms(entry):
-    """CPU time, which other programs disturb little; elapsed where several threads share the work. A manual time is what
-    the benchmark says."""
-    elapsed = arguments(entry).get("threads", 1) > 1 or entry["name"].endswith("/manual_time")
-    return entry["real_time" if elapsed else "cpu_time"] * MILLISECONDS[entry["time_unit"]]
+    """CPU time, which other programs disturb little. A manual time is what the benchmark says."""
+    manual = entry["name"].endswith("/manual_time")
+    return entry["real_time" if manual else "cpu_time"] * MILLISECONDS[entry["time_unit"]]
 
 
 def number(value):
@@ -85,12 +84,12 @@ def distance(figures):
     rows = {}
     for entry in figures.of("distance_field_bench", "distance_field"):
         given = arguments(entry)
-        rows.setdefault((entry["label"], given["voxels"]), {})[given["threads"]] = entry
-    return table("Distance field of about 69,700 triangles, beside CGAL's AABB tree with hints (one thread):",
-                 ["", "ours, 1 thread", "2 threads", "CGAL", "times faster on 1 thread", "largest difference, voxels"],
-                 [[f"{name}, {voxels}³", f"{number(ms(row[1]))} ms", f"{number(ms(row[2]))} ms",
-                   f"{number(row[1]['cgal_seconds'])} s", number(row[1]["times_faster"]),
-                   number(row[1]["difference_voxels"])] for (name, voxels), row in rows.items()])
+        if given["threads"] == 1:
+            rows[f"{entry['label']}, {given['voxels']}³"] = entry
+    return table("Distance field of about 69,700 triangles, beside CGAL's AABB tree with hints:",
+                 ["", "ours", "CGAL", "times faster", "largest difference, voxels"],
+                 [[name, f"{number(ms(row))} ms", f"{number(row['cgal_seconds'])} s", number(row["times_faster"]),
+                   number(row["difference_voxels"])] for name, row in rows.items()])
 
 
 MESHERS = {"isochor": "Isochor", "tetgen": "TetGen", "alpha_wrap_mesh_3": "CGAL alpha wrap + Mesh_3"}
@@ -106,7 +105,7 @@ def meshing(figures):
         error = f"{100 * entry['volume_error']:+.1f} %" if "volume_error" in entry else number(entry["volume"])
         rows.append([mesh, MESHERS[mesher], f"{number(ms(entry))} ms", number(entry["times_isochor"]),
                      f"{entry['tets']:,.0f}", f"{entry['min_dihedral_deg']:.1f}°", error])
-    return table("To tets at the same edge length, one thread (volume: error where the input is closed, else itself):",
+    return table("To tets at the same edge length (volume: error where the input is closed, else itself):",
                  ["mesh", "", "time", "times ours", "tets", "smallest dihedral angle", "volume"], rows)
 
 
@@ -117,11 +116,12 @@ def volume(figures):
     groups = {}
     for entry in figures.of("volume_solver_bench", "volume"):
         given = arguments(entry)
-        groups.setdefault((given["solver"], given["shape"], given["state"], given["threads"]), {})[given["n"]] = entry
+        if given["threads"] == 1:
+            groups.setdefault((given["solver"], given["shape"], given["state"]), {})[given["n"]] = entry
     sizes = sorted({n for group in groups.values() for n in group})
-    rows = [[f"{SOLVERS[solver]}, {SHAPES[shape]} {STARTS[start]}" + (f", {threads} threads" if threads > 1 else "")]
+    rows = [[f"{SOLVERS[solver]}, {SHAPES[shape]} {STARTS[start]}"]
             + [number(ms(group[n])) if n in group else "" for n in sizes] + [f"{growth(group.values(), 'cells'):.2f}"]
-            for (solver, shape, start, threads), group in groups.items()]
+            for (solver, shape, start), group in groups.items()]
     return table("Volume projection to 1e-9 in the worst cell, ms:",
                  ["", *(f"{n}³" for n in sizes), "grows as cells to the"], rows)
 
@@ -130,8 +130,7 @@ def bullet(figures):
     rows = {}
     for entry in figures.of("bullet_bench"):
         given = arguments(entry)
-        name = (f"Bullet, {given['iterations']} iterations" if "iterations" in given
-                else f"Isochor to 1e-{given['digits']}")
+        name = (f"Bullet, {given['passes']} iterations" if "passes" in given else f"Isochor to 1e-{given['digits']}")
         rows.setdefault(name, {})[given["n"]] = entry
     sizes = sorted({n for row in rows.values() for n in row})
     return table("A cube dropped on a sphere, 60 frames, and the largest cell error that was reached:",
@@ -168,11 +167,10 @@ def server(figures):
 def section(figures):
     source = figures.json
     head = (f"{source['machine']}; {source['compiler']}; commit {source['commit']}; load average of the machine "
-            f"{source['load_average']}. One run of `tests/bench/run`, kept in tests/bench/figures.json. CPU time of one thread, unless two are "
-            "named: then elapsed time, which moves with what else the machine does.\n")
-    parts = [head, grown(figures, "meshing_stages_bench", STAGES, "Meshing a torus of 69,696 triangles (unless its size varies), "
-                         "one thread:"), distance(figures), meshing(figures), volume(figures),
-             grown(figures, "step_bench", STEPS, "A frame of 1/60 s, one thread:"), bullet(figures), embedding(figures),
+            f"{source['load_average']}. One run of `tests/bench/run`, kept in tests/bench/figures.json. CPU time on one thread; on two, elapsed "
+            "times stand in that file.\n")
+    parts = [head, grown(figures, "meshing_stages_bench", STAGES, "Meshing a torus of 69,696 triangles (unless its size varies):"), distance(figures), meshing(figures), volume(figures),
+             grown(figures, "step_bench", STEPS, "A frame of 1/60 s:"), bullet(figures), embedding(figures),
              server(figures)]
     return "\n".join(parts)
 
@@ -193,7 +191,8 @@ def main(arguments):
     new = replaced(old, text)
     if check and new != old:
         sys.exit(f"{path} does not say what {figures} says: run tests/bench/tables.py {figures} {path}")
-    path.write_text(new)
+    if not check:
+        path.write_text(new)
 
 
 main(sys.argv[1:])

@@ -70,7 +70,8 @@ function scale(values, from, to) {
   const [low, high] = [least - margin, most + margin];
   const place = value => from + (to - from) * (Math.log10(value) - low) / (high - low);
   const decades = Array.from({length: Math.floor(high) - Math.ceil(low) + 1}, (_, k) => Math.ceil(low) + k);
-  place.ticks = decades.length > 2 ? every(decades).map(decade => [10 ** decade, power(decade)]) : within_decades(low, high);
+  place.ticks = decades.length > 2 ? every(decades).map(decade => [10 ** decade, power(decade)]) : within_decades(low, high, [1, 2, 5]);
+  if (place.ticks.length < 2) place.ticks = within_decades(low, high, [1, 2, 3, 4, 5, 6, 7, 8, 9]);
   if (place.ticks.length < 2) place.ticks = [...new Set([least, most])].map(exponent => [10 ** exponent, short(10 ** exponent)]);
   return place;
 }
@@ -79,10 +80,10 @@ const every = decades => decades.filter((_, k) => k % Math.ceil(decades.length /
 const power = decade => Math.abs(decade) < 3 ? String(Number(`1e${decade}`)) : `1e${decade}`;
 
 /// 1, 2, 5, 10, … for an axis of less than three decades.
-function within_decades(low, high) {
+function within_decades(low, high, digits) {
   const ticks = [];
   for (let decade = Math.floor(low); decade <= high; ++decade)
-    for (const digit of [1, 2, 5]) {
+    for (const digit of digits) {
       const value = Number(`${digit}e${decade}`);
       if (Math.log10(value) >= low && Math.log10(value) <= high) ticks.push([value, Math.abs(decade) < 3 ? String(value) : `${digit}e${decade}`]);
     }

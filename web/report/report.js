@@ -9,7 +9,7 @@ const say = (id, text) => document.getElementById(id).textContent = text;
 
 function digits(value) {
   if (value === null || value === undefined) return '–';
-  if (value === 0) return '0';
+  if (Number.isInteger(value)) return String(value);
   const plain = Math.abs(value) >= 1e-2 && Math.abs(value) < 1e5;
   return plain ? String(Number(value.toPrecision(3))) : value.toExponential(1);
 }
