@@ -1,6 +1,7 @@
 #include "tests/bench/run_apart.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -29,7 +30,8 @@ bool get(std::FILE* pipe, std::vector<T>& values) {
 }
 
 [[noreturn]] void work(const std::function<Tets()>& mesher, int descriptor, int seconds_allowed) {
-  ::alarm(static_cast<unsigned>(seconds_allowed));
+  const rlimit limit{static_cast<rlim_t>(seconds_allowed), RLIM_INFINITY};
+  ::setrlimit(RLIMIT_CPU, &limit);
   Tets mesh;
   std::string failure;
   const double start = cpu_seconds();
@@ -51,7 +53,7 @@ bool get(std::FILE* pipe, std::vector<T>& values) {
 
 std::string end_of(int status, int seconds_allowed) {
   if (!WIFSIGNALED(status)) return fmt::format("ended with exit code {}", WEXITSTATUS(status));
-  return WTERMSIG(status) == SIGALRM ? fmt::format("nothing within {} s", seconds_allowed)
+  return WTERMSIG(status) == SIGXCPU ? fmt::format("nothing within {} s", seconds_allowed)
                                      : fmt::format("crashed (signal {})", WTERMSIG(status));
 }
 
