@@ -16,4 +16,3 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/isochor.bash
 set(web ${PROJECT_SOURCE_DIR}/web)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor PATTERN "*.py" EXCLUDE)
 install(DIRECTORY ${web}/bundle ${web}/report DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor/web)
-install(DIRECTORY ${web}/node_modules/uplot DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor/web/node_modules)

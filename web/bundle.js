@@ -1,5 +1,6 @@
 // Makes web/bundle, the folder that the server serves: the page's modules with three.js and uPlot in one file and its
-// style sheets in another, since every file more is a connection more before the first picture.
+// style sheets in another, since every file more is a connection more before the first picture. And web/report/bundle,
+// the script and the style sheet that stand inside a self-contained report.
 import {copyFile, mkdir} from 'node:fs/promises';
 import {fileURLToPath} from 'node:url';
 
@@ -8,11 +9,12 @@ const {build} = await import('esbuild').catch(() => ({}));
 
 if (build) {
   await mkdir(here('bundle'), {recursive: true});
-  await build({
-    absWorkingDir: here('.'), outdir: 'bundle', entryNames: '[name]', bundle: true, minify: true, format: 'esm',
+  const bundle = (outdir, entryPoints) => build({
+    absWorkingDir: here('.'), outdir, entryPoints, entryNames: '[name]', bundle: true, minify: true, format: 'esm',
     target: 'es2022', logLevel: 'warning', external: ['*.svg'],
-    entryPoints: ['main.js', 'styles/page.css', 'wire/data_worker.js', 'wire/stream_worker.js'],
   });
+  await bundle('bundle', ['main.js', 'styles/page.css', 'wire/data_worker.js', 'wire/stream_worker.js']);
+  await bundle('report/bundle', ['report/report.js', 'report/report.css']);
   for (const file of ['index.html', 'icon.svg']) await copyFile(here(file), here(`bundle/${file}`));
 } else {
   console.error('the page is not built: npm ci --prefix web installs what it needs');

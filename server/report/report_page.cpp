@@ -3,12 +3,9 @@
 #include <array>
 #include <fstream>
 #include <iterator>
-#include <regex>
-#include <span>
 #include <utility>
 
 #include "core/common/error.h"
-#include "server/messages/json_text.h"
 
 namespace isochor {
 namespace {
@@ -23,26 +20,6 @@ std::string read_part(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// A module whose imports are names of the page's import map: a data: URL has no folder that '../ui/dom.js'
-/// could start from.
-std::string read_module(const fs::path& path) {
-  static const std::regex relative("from '[./]+(?:\\w+/)*(\\w+)\\.js'");
-  return std::regex_replace(read_part(path), relative, "from '$1'");
-}
-
-std::string import_map(const fs::path& web_folder) {
-  std::string map;
-  for (const char* module :
-       {"ui/dom.js", "ui/roving.js", "report/error_plot.js", "report/stability_map.js"}) {
-    const std::string text = read_module(web_folder / module);
-    map += (map.empty() ? "{\"imports\":{\"" : ",\"") + fs::path(module).stem().string() +
-           "\":\"data:text/javascript;base64,";
-    append_base64(map, std::as_bytes(std::span(text)));
-    map += '"';
-  }
-  return map + "}}";
-}
-
 /// Inside a script element only "</" could end it early.
 std::string inside_script(std::string_view json) {
   std::string safe;
@@ -53,14 +30,13 @@ std::string inside_script(std::string_view json) {
 }  // namespace
 
 std::string make_report_page(std::string_view report_json, const fs::path& web_folder) {
-  const std::array<std::pair<std::string_view, std::string>, 5> parts{{
-      {"{{plots_css}}", read_part(web_folder / "styles/plots.css")},
-      {"{{report_css}}", read_part(web_folder / "report/report.css")},
-      {"{{modules}}", import_map(web_folder)},
-      {"{{report_module}}", read_module(web_folder / "report/report.js")},
+  const fs::path folder = web_folder / "report";
+  const std::array<std::pair<std::string_view, std::string>, 3> parts{{
+      {"{{report_css}}", read_part(folder / "bundle/report.css")},
+      {"{{report_js}}", read_part(folder / "bundle/report.js")},
       {"{{report}}", inside_script(report_json)},
   }};
-  const std::string page = read_part(web_folder / "report/report.html");
+  const std::string page = read_part(folder / "report.html");
   std::string filled;
   for (std::size_t at = 0; at < page.size();) {
     std::size_t next = page.find("{{", at);
