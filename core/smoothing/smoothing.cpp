@@ -6,6 +6,7 @@
 #include "core/parallel/parallel.h"
 #include "core/smoothing/boundary_graph.h"
 #include "core/smoothing/limiter.h"
+#include "core/smoothing/local_volume.h"
 #include "core/smoothing/rescale.h"
 
 namespace isochor {
@@ -51,6 +52,7 @@ Smoothed smooth(const TetMesh& mesh, const SmoothingOptions& options, Progress& 
   progress.throw_if_cancelled();
   const std::vector<double> volumes = component_volumes(mesh, components);
   MoveLimiter limiter(mesh, graph, options.min_dihedral_deg);
+  LocalVolume local_volume(mesh, graph);
   std::vector<Vec3> x(graph.vertices.size()), first(x.size()), second(x.size());
   for (int i = 0; i < options.iterations; ++i) {
     progress.report("smoothing", static_cast<double>(i) / options.iterations);
@@ -58,6 +60,7 @@ Smoothed smooth(const TetMesh& mesh, const SmoothingOptions& options, Progress& 
     umbrella(graph, x, first);
     umbrella(graph, first, second);
     for (Vec3& u : second) u *= -options.mu;
+    local_volume.balance(x, second);
     limiter.apply(second, result.mesh.positions, progress);
   }
   result.limited_vertices = limiter.limited_vertices();

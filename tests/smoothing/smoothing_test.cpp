@@ -60,14 +60,25 @@ TEST(BoundaryGraph, CountsAnEdgeOfFourFacesOnce) {
   EXPECT_EQ(graph.neighbors.size(), 2u * 23);
 }
 
-TEST(Smoothing, OfASingleCellIsKnownByHand) {
-  // On the cube's graph U maps corners c to −(2/3)c, so U² is (4/9)c and a step scales by 1 − μ·4/9; the
-  // rescaling undoes it.
+TEST(Smoothing, LeavesASingleCellAlone) {
+  // On the cube's graph U maps corners c to −(2/3)c, so U² is (4/9)c: all of that is volume, which is given
+  // back.
   const TetMesh cube = make_box_lattice({1, 1, 1}, 2.0, Vec3::Constant(-1.0));
   const Smoothed result = smoothed(cube, 1);
   for (std::size_t v = 0; v < 8; ++v)
     EXPECT_NEAR((result.mesh.positions[v] - cube.positions[v]).norm(), 0.0, 1e-15);
-  EXPECT_NEAR(result.largest_shrinkage, 1.0 - std::pow(1.0 - 0.25 * 4.0 / 9.0, 3), 1e-15);
+  EXPECT_NEAR(result.largest_shrinkage, 0.0, 1e-14);
+}
+
+TEST(Smoothing, ABranchOneCellThickKeepsItsLength) {
+  const TetMesh branch = make_box_lattice({20, 1, 1}, 1.0, Vec3(0, -0.5, -0.5));
+  for (const int iterations : {2, 20}) {
+    const TetMesh mesh = smoothed(branch, iterations).mesh;
+    Box box;
+    for (const Vec3& x : mesh.positions) box.extend(x);
+    EXPECT_NEAR(box.size().x(), 20.0, 1.0) << iterations;
+    EXPECT_LT(smoothed(branch, iterations).largest_shrinkage, 0.01);
+  }
 }
 
 TEST(Smoothing, LeavesInteriorVerticesAndTopologyAlone) {
