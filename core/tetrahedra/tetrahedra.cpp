@@ -1,10 +1,11 @@
+#include "core/tetrahedra/tetrahedra.h"
+
 #include <algorithm>
 
 #include "core/common/compensated_sum.h"
 #include "core/common/error.h"
 #include "core/lattice/lattice.h"
 #include "core/lattice/node_link.h"
-#include "core/tetrahedra/tet_mesh.h"
 
 namespace isochor {
 namespace {
@@ -89,15 +90,18 @@ void add_surface(const Cell& cell, int face, TetMesh& mesh) {
     mesh.surface.push_back({c[triangle[0]], c[triangle[1]], c[triangle[2]]});
 }
 
-TetMesh assemble(const Grid& grid, const std::vector<std::uint8_t>& kept, bool separate) {
+TetMesh assemble(const Grid& grid, const std::vector<std::uint8_t>& kept, bool separate,
+                 const Progress& progress) {
   TetMesh mesh;
   mesh.grid = grid;
   NodeVertices vertices(grid, kept, separate);
+  progress.throw_if_cancelled();
   vertices.create(mesh);
   const auto is_kept = [&](int i, int j, int k) {
     return grid.contains(i, j, k) && kept[grid.index(i, j, k)] != 0;
   };
-  for (int k = 0; k < grid.size.z(); ++k)
+  for (int k = 0; k < grid.size.z(); ++k) {
+    progress.throw_if_cancelled();
     for (int j = 0; j < grid.size.y(); ++j)
       for (int i = 0; i < grid.size.x(); ++i) {
         if (!is_kept(i, j, k)) continue;
@@ -111,23 +115,29 @@ TetMesh assemble(const Grid& grid, const std::vector<std::uint8_t>& kept, bool s
         }
         mesh.cells.push_back(cell);
       }
+  }
   return mesh;
 }
 
 }  // namespace
 
 TetMesh make_tetrahedra(const Lattice& lattice) {
+  return make_tetrahedra(lattice, {});
+}
+
+TetMesh make_tetrahedra(const Lattice& lattice, const Progress& progress) {
   if (lattice.kept_count == 0)
     throw Error(ErrorCode::empty_result, "no lattice cell is kept, so there are no tetrahedra",
                 "lower the density threshold or raise p_in_voxels");
-  return assemble(lattice.grid, lattice.kept, lattice.contacts == Contacts::separate);
+  progress.report("tetrahedra", 0.0);
+  return assemble(lattice.grid, lattice.kept, lattice.contacts == Contacts::separate, progress);
 }
 
 TetMesh make_box_lattice(const Vec3i& cells, double cell_size, const Vec3& origin) {
   if ((cells.array() < 1).any() || !(cell_size > 0.0))
     throw Error(ErrorCode::invalid_argument, "a lattice body needs at least one cell of positive size");
   const Grid grid{cells, cell_size, origin};
-  return assemble(grid, std::vector<std::uint8_t>(grid.count(), 1), false);
+  return assemble(grid, std::vector<std::uint8_t>(grid.count(), 1), false, {});
 }
 
 double total_volume(const TetMesh& mesh) {

@@ -5,7 +5,7 @@
 
 #include "core/common/error.h"
 #include "core/lattice/lattice.h"
-#include "core/tetrahedra/tet_mesh.h"
+#include "core/tetrahedra/tetrahedra.h"
 #include "tests/support/lattices.h"
 
 namespace isochor {
@@ -105,6 +105,20 @@ TEST(Tetrahedra, AnEmptyLatticeIsNamed) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::empty_result);
     EXPECT_FALSE(error.hint().empty());
+  }
+}
+
+TEST(Tetrahedra, CanBeCancelled) {
+  Lattice lattice;
+  lattice.grid = Grid{{2, 2, 2}, 1.0, Vec3::Zero()};
+  lattice.kept.assign(8, 1);
+  lattice.kept_count = 8;
+  const std::atomic<bool> cancel{true};
+  try {
+    make_tetrahedra(lattice, Progress({}, &cancel));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::cancelled);
   }
 }
 
