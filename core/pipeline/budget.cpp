@@ -8,12 +8,24 @@
 namespace isochor {
 namespace {
 
-// Fitted to the largest resident sets of cubes of 14,000 to 880,000 cells, scans at 128 to 384 voxels and a
-// torus of 800,000 triangles.
-constexpr std::int64_t bytes_a_voxel = 9;   // distance 4, votes and inside 2, bit planes 2, scratch
-constexpr std::int64_t bytes_a_cell = 480;  // a kept one: both meshes, the smoother's and the locator's lists
-constexpr std::int64_t bytes_a_triangle = 500;  // soup, its trees and the embedding
+// Least squares of the largest resident sets of 21 runs, from 12 to 980 MiB: cubes, scans, soups and loose
+// triangles at 32 to 384 voxels and 8 to 144 cells, none of them off by more than 17 %; an eighth is added to
+// that.
+constexpr double process_bytes = 14e6;
+constexpr double bytes_a_voxel = 8.5;   // distance 4, votes and inside 2, bit planes 2
+constexpr double bytes_a_cell = 475.0;  // both meshes, the smoother's and the locator's lists
+constexpr double bytes_a_triangle = 365.0, bytes_a_vertex = 265.0;  // soup, its trees and the embedding
 constexpr double seconds_a_voxel = 4e-8, seconds_a_cell = 1e-6, seconds_a_triangle = 3e-6;
+
+/// Cells of a solid and, where that is more, of a layer along its surface as thick as both sides of P_in.
+/// Either grows by what a density under a half adds on each side.
+std::int64_t expected_cells(const SoupSize& soup, const MeshingOptions& options, double d_in) {
+  const double cell = soup.box.size().maxCoeff() / options.lattice.cells, density = options.lattice.density;
+  const double added = (0.5 - density) * cell, layer = 2.0 * d_in;
+  const double solid = soup.volume + soup.area * added;
+  const double sheet = layer > density * cell ? soup.area * (layer + 2.0 * added) : 0.0;
+  return std::llround(std::max({1.0, solid / std::pow(cell, 3), sheet / std::pow(cell, 3)}));
+}
 
 template <class Fits>
 int largest_fitting(int from, int step, int least, Fits&& fits) {
@@ -24,23 +36,26 @@ int largest_fitting(int from, int step, int least, Fits&& fits) {
 
 }  // namespace
 
-Estimate estimate(const TriangleSoup& soup, const MeshingOptions& options) {
+Estimate estimate(const SoupSize& soup, const MeshingOptions& options) {
   Estimate e;
-  const Box box = bounding_box(soup);
+  const Box& box = soup.box;
   const Grid voxels = distance_grid(box, {options.voxels, required_padding(options.pseudo_volume)});
   const double d_in = options.pseudo_volume.p_in_voxels * voxels.spacing;
   e.voxels = voxels.count();
   e.max_cells = lattice_grid(box, options.lattice.cells, d_in).count();
   e.max_tets = 5 * e.max_cells;
-  const auto triangles = static_cast<std::int64_t>(soup.triangles.size());
-  e.bytes = e.voxels * bytes_a_voxel + e.max_cells * bytes_a_cell + triangles * bytes_a_triangle;
+  e.cells = std::min(e.max_cells, expected_cells(soup, options, d_in));
+  e.bytes = std::llround(process_bytes + bytes_a_voxel * static_cast<double>(e.voxels) +
+                         bytes_a_cell * static_cast<double>(e.cells) +
+                         bytes_a_triangle * static_cast<double>(soup.triangles) +
+                         bytes_a_vertex * static_cast<double>(soup.vertices));
   e.seconds = seconds_a_voxel * static_cast<double>(e.voxels) +
-              seconds_a_cell * static_cast<double>(e.max_cells) +
-              seconds_a_triangle * static_cast<double>(triangles);
+              seconds_a_cell * static_cast<double>(e.cells) +
+              seconds_a_triangle * static_cast<double>(soup.triangles);
   return e;
 }
 
-void check_budget(const TriangleSoup& soup, const MeshingOptions& options, std::int64_t max_bytes) {
+void check_budget(const SoupSize& soup, const MeshingOptions& options, std::int64_t max_bytes) {
   const Estimate needed = estimate(soup, options);
   if (needed.bytes <= max_bytes) return;
   const auto fits = [&](int voxels, int cells) {

@@ -1,5 +1,9 @@
 #include "core/pipeline/pipeline.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "core/pipeline/advice.h"
 #include "core/pipeline/stages.h"
 
@@ -9,6 +13,15 @@ struct AuthoringPipeline::Stages : PipelineStages {
   using PipelineStages::PipelineStages;
 };
 
+double Model::volume_error() const {
+  if (!input->closed) return 0.0;
+  const auto error = [&](double volume) {
+    return volume > 0.0 ? std::abs(quality.volume - volume) / volume
+                        : std::numeric_limits<double>::infinity();
+  };
+  return std::min(error(std::abs(input->volume)), error(size.volume));
+}
+
 AuthoringPipeline::AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup)
     : stages_(std::make_unique<Stages>(std::move(soup))) {}
 AuthoringPipeline::~AuthoringPipeline() = default;
@@ -16,7 +29,7 @@ AuthoringPipeline::AuthoringPipeline(AuthoringPipeline&&) noexcept = default;
 AuthoringPipeline& AuthoringPipeline::operator=(AuthoringPipeline&&) noexcept = default;
 
 std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& options, Progress& progress) {
-  check_budget(*stages_->soup(), options, memory_budget());
+  check_budget(stages_->size(), options, memory_budget());
   std::shared_ptr<Model> model = stages_->run(options, progress);
   if (model->lattice->kept_count == 0) throw_empty(*model, progress);
   add_warnings(*model);

@@ -7,6 +7,7 @@
 #include "core/embedding/embedding.h"
 #include "core/lattice/lattice.h"
 #include "core/mesh_input/inspect.h"
+#include "core/pipeline/soup_size.h"
 #include "core/quality/quality.h"
 #include "core/smoothing/smoothing.h"
 
@@ -50,20 +51,25 @@ struct Model {
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;  ///< each one says what, and what to change
   std::vector<Fix> fixes;             ///< of those warnings that one value cures
+  SoupSize size;
 
   const TetMesh& mesh() const { return smoothed->mesh; }
+  /// By what share the volume differs from that of a closed input, which is the signed one or, where shells
+  /// lie within shells or are turned inside out, that by parity; 0 for others.
+  double volume_error() const;
 };
 
 /// Counts and memory before anything is allocated.
 struct Estimate {
-  std::int64_t voxels = 0, max_cells = 0, max_tets = 0;
-  std::int64_t bytes = 0;  ///< peak, upper bound
-  double seconds = 0.0;    ///< rough, one thread
+  std::int64_t voxels = 0, max_cells = 0, max_tets = 0;  ///< the last two if the whole box were filled
+  std::int64_t cells = 0;                                ///< to be expected
+  std::int64_t bytes = 0;                                ///< largest resident set to be expected
+  double seconds = 0.0;                                  ///< rough, one thread
 };
-Estimate estimate(const TriangleSoup& soup, const MeshingOptions& options);
+Estimate estimate(const SoupSize& soup, const MeshingOptions& options);
 
 /// Throws over_budget, naming the largest `voxels` or `cells` that fits into max_bytes.
-void check_budget(const TriangleSoup& soup, const MeshingOptions& options, std::int64_t max_bytes);
+void check_budget(const SoupSize& soup, const MeshingOptions& options, std::int64_t max_bytes);
 
 /// Three quarters of this machine's memory, which AuthoringPipeline keeps to.
 std::int64_t memory_budget();

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/tetrahedra/tetrahedra.h"
+
 namespace isochor {
 namespace {
 
@@ -13,8 +15,12 @@ double ms_since(Clock::time_point begin) {
 
 }  // namespace
 
-PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup)
-    : soup_(std::move(soup)), box_(bounding_box(*soup_)) {}
+PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup) : soup_(std::move(soup)) {}
+
+const SoupSize& PipelineStages::size() {
+  if (!size_) size_ = soup_size(*soup_);
+  return *size_;
+}
 
 template <class Noun, class Options, class Make>
 std::shared_ptr<const Noun> PipelineStages::update(std::string_view name, std::int64_t source,
@@ -69,6 +75,7 @@ std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progre
   auto model = std::make_shared<Model>();
   model->options = options;
   model->soup = soup_;
+  model->size = size();
   if (!input_) input_ = std::make_shared<const MeshReport>(inspect(*soup_));
   model->input = input_;
   progress.throw_if_cancelled();
@@ -78,12 +85,11 @@ std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progre
     return make_pseudo_volume(*field_.result, options.pseudo_volume, progress);
   });
   model->lattice = update("lattice", pseudo_volume_.serial, lattice_, options.lattice, [&] {
-    return make_lattice(*pseudo_volume_.result, box_, options.lattice, progress);
+    return make_lattice(*pseudo_volume_.result, size().box, options.lattice, progress);
   });
   if (model->lattice->kept_count > 0) {
     model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},
-                               [&] { return make_tetrahedra(*lattice_.result); });
-    progress.throw_if_cancelled();
+                               [&] { return make_tetrahedra(*lattice_.result, progress); });
     model->smoothed = update("smoothing", unsmoothed_.serial, smoothed_, options.smoothing,
                              [&] { return smooth(*unsmoothed_.result, options.smoothing, progress); });
     model->embedding = update("embedding", smoothed_.serial, embedding_, Nothing{},

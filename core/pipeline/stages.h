@@ -24,7 +24,7 @@ class PipelineStages {
 
   /// Everything but warnings; the model ends at the lattice when that is empty.
   std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress);
-  const std::shared_ptr<const TriangleSoup>& soup() const { return soup_; }
+  const SoupSize& size();
 
  private:
   template <class Noun, class Options, class Make>
@@ -37,7 +37,7 @@ class PipelineStages {
     bool operator==(const Nothing&) const = default;
   };
   std::shared_ptr<const TriangleSoup> soup_;
-  Box box_;  ///< of the soup
+  std::optional<SoupSize> size_;
   std::shared_ptr<const MeshReport> input_;
   std::optional<MeasuredSoup> measured_soup_;
   Stage<DistanceField, DistanceFieldOptions> field_;

@@ -107,17 +107,19 @@ void print_summary(const CliContext& context, const Model& model, double read_ms
 
 void run_dry(const CliContext& context, const MeshCommand& command, const TriangleSoup& soup,
              const MeshingOptions& options) {
-  const Estimate counts = estimate(soup, options);
-  check_budget(soup, options, memory_limit(command));
+  const SoupSize size = soup_size(soup);
+  const Estimate counts = estimate(size, options);
+  check_budget(size, options, memory_limit(command));
   if (context.json)
     return context.print_json({{"input", command.input.path},
                                {"params", parameters_json(options)},
                                {"estimate", estimate_json(counts)}});
-  std::fputs(fmt::format("{} voxels, at most {} cells and {} tets, {:.1f} MiB, about {:.2g} s\n",
-                         counts.voxels, counts.max_cells, counts.max_tets,
-                         static_cast<double>(counts.bytes) / (1 << 20), counts.seconds)
-                 .c_str(),
-             stdout);
+  std::fputs(
+      fmt::format("{} voxels, about {} cells and {} tets (at most {} and {}), {:.1f} MiB, about {:.2g} s\n",
+                  counts.voxels, counts.cells, 5 * counts.cells, counts.max_cells, counts.max_tets,
+                  static_cast<double>(counts.bytes) / (1 << 20), counts.seconds)
+          .c_str(),
+      stdout);
 }
 
 void print_result(const CliContext& context, const MeshCommand& command, const InputMesh& input,
@@ -143,7 +145,7 @@ void run_mesh(CliContext& context, const MeshCommand& command) {
     CommandProgress progress(context);
     input = read_input(command.input, progress);
     if (command.dry_run) return run_dry(context, command, *input.soup, options);
-    check_budget(*input.soup, options, memory_limit(command));
+    check_budget(soup_size(*input.soup), options, memory_limit(command));
     AuthoringPipeline pipeline(input.soup);
     if (command.budget_tets > 0) options = fit_tet_budget(pipeline, options, command.budget_tets, progress);
     model = pipeline.run(options, progress);

@@ -70,7 +70,7 @@ std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<St
   const MeshingOptions options = coarse ? coarser(asked) : asked;
   const std::string id = content_id("d", mesh->id + " " + describe(options));
   if (auto known = api.catalog.find_model(id)) return known;
-  check_budget(*mesh->soup, options, api.memory_limit);
+  check_budget(mesh->size, options, api.memory_limit);
   Progress whole = progress.with_sink(
       [&](std::string_view phase, double fraction) { progress.report(phase, overall(phase, fraction)); });
   auto& pipeline = coarse ? mesh->preview : mesh->full;

@@ -134,7 +134,7 @@ bool has_sensible_volume(const Model& model) {
   const MeshReport& input = *model.input;
   const auto overlaps = [](const Defect& defect) { return defect.name.starts_with("self_intersections"); };
   if (!input.closed || std::ranges::any_of(input.defects, overlaps)) return true;
-  return std::abs(model.quality.volume - std::abs(input.volume)) <= 0.25 * std::abs(input.volume);
+  return model.volume_error() <= 0.25;
 }
 
 std::string shortfall(const Model& model) {
@@ -142,7 +142,7 @@ std::string shortfall(const Model& model) {
     return fmt::format("it covers only {:.1f} % of the input's area", 100.0 * coverage);
   if (!has_sensible_volume(model))
     return fmt::format("its volume is {:.4g}, but the closed input encloses {:.4g}", model.quality.volume,
-                       std::abs(model.input->volume));
+                       model.size.volume);
   return {};
 }
 
@@ -180,11 +180,8 @@ Json model_json(const Model& model) {
 }
 
 Json estimate_json(const Estimate& estimate) {
-  return {{"voxels", estimate.voxels},
-          {"max_cells", estimate.max_cells},
-          {"max_tets", estimate.max_tets},
-          {"bytes", estimate.bytes},
-          {"seconds", estimate.seconds}};
+  return {{"voxels", estimate.voxels},     {"cells", estimate.cells}, {"max_cells", estimate.max_cells},
+          {"max_tets", estimate.max_tets}, {"bytes", estimate.bytes}, {"seconds", estimate.seconds}};
 }
 
 Json export_formats_json() {

@@ -97,7 +97,7 @@ std::string_view api_schemas() {
      "then": {"properties": {"result": {"$ref": "#/components/schemas/ReportResult"}}}}]},
 "JobList": {"type": "object", "required": ["jobs"],
   "properties": {"jobs": {"type": "array", "items": {"$ref": "#/components/schemas/Job"}}}},
-"Estimate": {"type": "object", "required": ["voxels", "max_cells", "max_tets", "bytes", "seconds"],
+"Estimate": {"type": "object", "required": ["voxels", "cells", "max_cells", "max_tets", "bytes", "seconds"],
   "additionalProperties": {"type": "number"}},
 "JobOrEstimate": {"anyOf": [{"$ref": "#/components/schemas/Job"},
   {"type": "object", "required": ["estimate"], "properties": {"estimate": {"$ref": "#/components/schemas/Estimate"}}}]},

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "core/pipeline/pipeline.h"
 #include "tests/support/shapes.h"
 
@@ -12,11 +14,24 @@ TEST(Budget, TheEstimateBoundsWhatIsMade) {
   options.voxels = 60, options.lattice.cells = 20;
   Progress progress;
   const auto model = AuthoringPipeline(soup).run(options, progress);
-  const Estimate e = estimate(*soup, options);
+  const Estimate e = estimate(soup_size(*soup), options);
   EXPECT_EQ(e.voxels, model->field->grid.count());
   EXPECT_GE(e.max_cells, static_cast<std::int64_t>(model->mesh().cells.size()));
   EXPECT_EQ(e.max_tets, 5 * e.max_cells);
   EXPECT_GT(e.seconds, 0.0);
+}
+
+TEST(SoupSize, KnowsVolumesByParityWhateverTheOrientation) {
+  constexpr double ball = std::numbers::pi / 6.0;
+  TriangleSoup soup = test::sphere(0.5, 1.0, 32);
+  EXPECT_NEAR(soup_size(soup).volume / ball, 1.0, 0.02);
+  for (std::size_t t = 0; t < soup.triangles.size(); t += 2)
+    std::swap(soup.triangles[t][0], soup.triangles[t][1]);
+  EXPECT_NEAR(soup_size(soup).volume / ball, 1.0, 0.02);
+  test::append(soup, test::sphere(0.4, 1.0, 32));  // a shell
+  EXPECT_NEAR(soup_size(soup).volume / (ball * (1.0 - 0.512)), 1.0, 0.03);
+  EXPECT_NEAR(soup_size(test::box({1e6, 0, 0}, {1e6 + 1, 2, 3})).volume, 6.0, 0.1);
+  EXPECT_EQ(soup_size(TriangleSoup{{{1, 2, 3}}, {{0, 0, 0}}}).volume, 0.0);
 }
 
 TEST(Budget, NamesTheLargestCellsThatFit) {
@@ -25,16 +40,16 @@ TEST(Budget, NamesTheLargestCellsThatFit) {
   options.voxels = 256, options.lattice.cells = 128;
   MeshingOptions smaller = options;
   smaller.lattice.cells = 40;
-  const std::int64_t limit = estimate(soup, smaller).bytes;
+  const std::int64_t limit = estimate(soup_size(soup), smaller).bytes;
   try {
-    check_budget(soup, options, limit);
+    check_budget(soup_size(soup), options, limit);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::over_budget);
     EXPECT_EQ(error.details().at(0).pointer, "/cells");
     EXPECT_EQ(error.details().at(0).max, 40.0);
   }
-  EXPECT_NO_THROW(check_budget(soup, smaller, limit));
+  EXPECT_NO_THROW(check_budget(soup_size(soup), smaller, limit));
 }
 
 TEST(Budget, NamesTheLargestVoxelsWhenNoNumberOfCellsFits) {
@@ -44,7 +59,7 @@ TEST(Budget, NamesTheLargestVoxelsWhenNoNumberOfCellsFits) {
   MeshingOptions smaller = options;
   smaller.voxels = 100;
   try {
-    check_budget(soup, options, estimate(soup, smaller).bytes);
+    check_budget(soup_size(soup), options, estimate(soup_size(soup), smaller).bytes);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.details().at(0).pointer, "/voxels");

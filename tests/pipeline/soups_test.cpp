@@ -108,6 +108,15 @@ TEST(Soups, ASphereTurnedInsideOutIsTheSameModel) {
   EXPECT_NEAR(mixed->quality.volume, outward->quality.volume, 1e-12);
 }
 
+TEST(Soups, AHollowShellHasItsVolumeThoughBothOfItsSidesFaceOutward) {
+  TriangleSoup shell = test::sphere(0.5, 1.0, 48);
+  test::append(shell, test::sphere(0.3, 1.0, 48));  // the signed volume adds the cavity
+  Progress progress;
+  const auto model = AuthoringPipeline(shared(shell)).run(small(), progress);
+  EXPECT_LT(model->volume_error(), 0.1);
+  EXPECT_GT(std::abs(model->input->volume), 1.3 * model->quality.volume);
+}
+
 TEST(Soups, AMirroredInputGivesTheMirroredModel) {
   for (const TriangleSoup& soup :
        {test::sphere(0.5, 1.0, 48), test::torus(0.35, 0.15), test::box({-1, -2, 0}, {1, 2, 1})}) {
