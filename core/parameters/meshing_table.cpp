@@ -124,6 +124,13 @@ std::vector<Parameter> make_table() {
        "(the paper's letter, thickens), or auto, which adds the sheets to the former.",
        Type::choice},
       crossings, [](auto& o) -> auto& { return o.pseudo_volume.crossing; }));
+  rows.push_back(always<double>(
+      {"far_majority", "Majority far from the surface", "", "pseudo_volume",
+       "Share of the votes that a voxel farther than P_in from the surface needs to be inside; 0.5 closes "
+       "holes "
+       "and fills pockets, 0.67 leaves the pockets of sheets and the gaps between leaves open.",
+       Type::number, 0.5, 0.9, 0.01},
+      [](auto& o) -> auto& { return o.pseudo_volume.far_majority; }));
   rows.push_back(always<Integer>(
       {"cells", "Cells", "cells", "lattice",
        "Lattice cubes along the longest edge of the box, at most voxels/2; more follow the shape closer and "

@@ -14,6 +14,7 @@ namespace isochor {
 namespace {
 
 constexpr double enough_coverage = 0.95;
+constexpr double open_pockets = 0.67;  ///< a far_majority above what the votes in a pocket reach
 
 void warn(Model& model, std::string text) {
   model.warnings.push_back(std::move(text));
@@ -97,15 +98,20 @@ void add_warnings(Model& model) {
          fmt::format("cells touch only along {} and at {} and will swing like hinges: set contacts to "
                      "fill or separate",
                      counted(lattice.edge_contacts, "edges"), counted(lattice.vertex_contacts, "vertices")));
-  if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell)
-    warn(model,
-         fmt::format("the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or "
-                     "fills a pocket",
-                     quality.boundary_to_input / cell));
-  const MeshReport& input = *model.input;
-  if (input.closed && std::abs(quality.volume - std::abs(input.volume)) > 0.1 * std::abs(input.volume))
+  if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell) {
+    const std::string text = fmt::format(
+        "the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or fills a "
+        "pocket",
+        quality.boundary_to_input / cell);
+    if (model.options.pseudo_volume.far_majority < open_pockets)
+      warn(model, fmt::format("{}: far_majority {} leaves pockets open", text, open_pockets), "far_majority",
+           open_pockets);
+    else
+      warn(model, text);
+  }
+  if (model.volume_error() > 0.1)
     warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: use more cells",
-                            quality.volume, std::abs(input.volume)));
+                            quality.volume, model.size.volume));
 }
 
 }  // namespace isochor

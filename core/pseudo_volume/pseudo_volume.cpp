@@ -24,18 +24,28 @@ std::vector<RowSweep> row_sweeps(int rays) {
   return families;
 }
 
-BitVolume majority(const Votes& votes, const BitVolume& shape, int rays) {
-  BitVolume inside(shape.size);
+/// How many votes a voxel must exceed.
+struct Majority {
+  int near, far;
+  explicit Majority(const PseudoVolumeOptions& options)
+      : near(options.rays / 2), far(static_cast<int>(options.far_majority * options.rays + 1e-9)) {}
+};
+
+BitVolume voted_inside(const Votes& votes, const BitVolume& near, const Majority& majority) {
+  BitVolume inside(near.size);
   const auto words = static_cast<std::int64_t>(inside.bits.size());
-  for (std::int64_t at = 0; at < words; ++at)
-    inside.bits[at] = votes.above(at, rays / 2) & inside.valid(static_cast<int>(at % inside.words));
+  for (std::int64_t at = 0; at < words; ++at) {
+    const std::uint64_t voted =
+        votes.above(at, majority.far) | (votes.above(at, majority.near) & near.bits[at]);
+    inside.bits[at] = voted & inside.valid(static_cast<int>(at % inside.words));
+  }
   return inside;
 }
 
-/// Adds to `inside`, which follows at_maximum, the voxels of at_threshold that have none of it near: sheets
-/// and leaves, which have no maximum between two sides. Returns how many.
-std::int64_t add_sheets(const Votes& at_threshold, double radius, int rays, BitVolume& inside, Votes& votes) {
-  BitVolume sheets = majority(at_threshold, inside, rays);
+/// Adds to `inside`, which follows at_maximum, those of `sheets`, voted by at_threshold, that have none of it
+/// near: sheets and leaves, which have no maximum between two sides. Returns how many.
+std::int64_t add_sheets(const Votes& at_threshold, BitVolume sheets, double radius, BitVolume& inside,
+                        Votes& votes) {
   for (std::size_t at = 0; at < sheets.bits.size(); ++at) sheets.bits[at] &= ~inside.bits[at];
   remove_near(sheets, inside, radius);
   std::int64_t count = 0;
@@ -96,10 +106,11 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
 
   Votes& votes = sweep.at_maximum ? maximum_votes : threshold_votes;
   progress.throw_if_cancelled();
-  BitVolume inside = majority(votes, masks.near, options.rays);
+  const Majority majority(options);
+  BitVolume inside = voted_inside(votes, masks.near, majority);
   if (options.crossing == Crossing::automatic)
-    volume.sheet_count =
-        add_sheets(threshold_votes, volume.thresholds.p_in_voxels + 1.0, options.rays, inside, votes);
+    volume.sheet_count = add_sheets(threshold_votes, voted_inside(threshold_votes, masks.near, majority),
+                                    volume.thresholds.p_in_voxels + 1.0, inside, votes);
   progress.throw_if_cancelled();
   unpack(votes, inside, volume, progress);
   return volume;

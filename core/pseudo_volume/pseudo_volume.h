@@ -8,7 +8,7 @@
 
 namespace isochor {
 
-/// Where a detected crossing takes effect (core/pseudo_volume/README.md has the measurements).
+/// Where a detected crossing takes effect.
 enum class Crossing {
   automatic,     ///< at_maximum, plus the at_threshold voxels that have no at_maximum voxel near
   at_maximum,    ///< at the maximum of P that follows the detection
@@ -22,6 +22,10 @@ struct PseudoVolumeOptions {
   std::optional<double> p_subs;  ///< overrides p_subs_voxels
   int rays = 26;                 ///< 6, 14 or 26 directions
   Crossing crossing = Crossing::automatic;
+  /// Share of the votes that a voxel farther than d_in from the surface needs; 0.5 to 0.9. Deep inside a
+  /// closed input they are all but unanimous, in the pockets of a sheet or between leaves little more than
+  /// half.
+  double far_majority = 0.5;
   bool operator==(const PseudoVolumeOptions&) const = default;
 };
 
@@ -42,7 +46,7 @@ int required_padding(const Thresholds& thresholds);
 struct PseudoVolume {
   Grid grid;                         ///< that of the distance field
   std::vector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel
-  std::vector<std::uint8_t> inside;  ///< 1 where the majority votes inside; a tie is outside
+  std::vector<std::uint8_t> inside;  ///< 1 where more than half, or far_majority, vote inside
   int rays = 0;
   Thresholds thresholds{};
   std::int64_t inside_count = 0;

@@ -18,6 +18,7 @@ void check(const PseudoVolumeOptions& o) {
                 {{"/rays", "6, 14 or 26", 6.0, 26.0}});
   refuse("/p_in_voxels", o.p_in_voxels, 0.1, 16.0);
   refuse("/p_subs_voxels", o.p_subs_voxels, 0.1, 24.0);
+  refuse("/far_majority", o.far_majority, 0.5, 0.9);
   if (o.p_in) refuse("/p_in", *o.p_in, 0.0, 1.0);
   if (o.p_subs) refuse("/p_subs", *o.p_subs, 0.0, 1.0);
 }

@@ -83,6 +83,29 @@ TEST(PseudoVolume, ASheetVanishesAtMaximumAndIsKeptByTheDefault) {
   }
 }
 
+TEST(PseudoVolume, AFarMajorityLeavesAPocketOpenAndAClosedShapeAlone) {
+  // A wavy sheet: the rays' majority fills its valleys, the votes there being little more than half.
+  const TriangleSoup wave = test::patch(
+      64, 4, [](double u, double v) { return Vec3(u, v, 0.12 * std::sin(4.0 * std::numbers::pi * u)); });
+  Progress progress;
+  const DistanceField field = make_distance_field(wave, {64, 4}, progress);
+  PseudoVolumeOptions options;
+  const auto deep_voxels = [&] {
+    const PseudoVolume volume = make_pseudo_volume(field, options, progress);
+    std::int64_t count = 0;
+    for (std::int64_t v = 0; v < field.grid.count(); ++v)
+      count += volume.inside[v] != 0 && field.distance[v] > 3.0 * field.grid.spacing;
+    return count;
+  };
+  const std::int64_t filled = deep_voxels();
+  EXPECT_GT(filled, 1000);
+  options.far_majority = 0.67;
+  EXPECT_LT(deep_voxels(), filled / 10);
+  const DistanceField ball = make_distance_field(test::sphere(0.5), {64, 4}, progress);
+  const auto strict = static_cast<double>(make_pseudo_volume(ball, options, progress).inside_count);
+  EXPECT_NEAR(strict / static_cast<double>(made(ball).inside_count), 1.0, 1e-3);
+}
+
 TEST(PseudoVolume, TheTailBehindAThinPlateIsOutvoted) {
   // Nowhere deeper than d_subs: a ray changes once and stays inside to the far end; opposite ones differ.
   const Vec3 half(9.0, 9.0, 0.6);
