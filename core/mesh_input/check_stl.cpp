@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -50,6 +51,12 @@ CheckedMesh check_binary(std::span<const char> bytes) {
   return mesh;
 }
 
+/// STL's words are written in either case.
+bool same_word(std::string_view word, std::string_view lower) {
+  return std::ranges::equal(word, lower,
+                            [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a + 32 : a) == b; });
+}
+
 class AsciiStlCheck {
  public:
   explicit AsciiStlCheck(std::span<const char> bytes) : scanner_(bytes) { mesh_.plain.reserve(bytes.size()); }
@@ -58,13 +65,13 @@ class AsciiStlCheck {
     mesh_.plain = "solid \n";
     bool in_solid = false;
     for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
-      if (!in_solid && word == "solid") {
+      if (!in_solid && same_word(word, "solid")) {
         in_solid = true;
         while (!scanner_.token().empty()) continue;  // the name
-      } else if (in_solid && word == "endsolid") {
+      } else if (in_solid && same_word(word, "endsolid")) {
         in_solid = false;
         while (!scanner_.token().empty()) continue;
-      } else if (in_solid && word == "facet") {
+      } else if (in_solid && same_word(word, "facet")) {
         facet();
       } else {
         scanner_.fail(in_solid ? "expected facet or endsolid" : "expected solid");
@@ -77,7 +84,7 @@ class AsciiStlCheck {
 
  private:
   void expect(std::string_view wanted) {
-    if (scanner_.word() != wanted)
+    if (!same_word(scanner_.word(), wanted))
       scanner_.fail(fmt::format("expected {}", wanted), "the file may be truncated");
   }
 
@@ -111,7 +118,7 @@ class AsciiStlCheck {
 bool starts_with_solid(std::span<const char> bytes) {
   const std::string_view text(bytes.data(), bytes.size());
   const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  return begin != std::string_view::npos && text.substr(begin).starts_with("solid");
+  return begin != std::string_view::npos && same_word(text.substr(begin, 5), "solid");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <fstream>
 #include <string>
@@ -30,11 +31,38 @@ CheckedMesh check(std::span<const char> bytes, MeshFormat format) {
   throw Error(ErrorCode::internal, "a GLB is not checked here");
 }
 
+/// The format that the first bytes speak of, or nothing.
+std::string_view apparent_format(std::string_view bytes) {
+  constexpr std::pair<std::string_view, std::string_view> beginnings[]{
+      {"ply", "PLY"},    {"glTF", "GLB"}, {"OFF", "OFF"}, {"COFF", "OFF"},
+      {"solid ", "STL"}, {"v ", "OBJ"},   {"# ", "OBJ"}};
+  for (const auto& [beginning, name] : beginnings)
+    if (bytes.starts_with(beginning)) return name;
+  return {};
+}
+
 TriangleSoup read_polygons(std::span<const char> bytes, MeshFormat format, Progress& progress) {
   const CheckedMesh mesh = check(bytes, format);
   progress.throw_if_cancelled();
   if (mesh.polygons == 0) return {std::vector<Vec3>(mesh.vertices > 0 ? 1 : 0, Vec3::Zero()), {}};
   return triangulate(read_with_cgal(mesh, format, progress), progress);
+}
+
+/// A file that is another's format under this one's name is told so.
+TriangleSoup read_as(std::span<const char> bytes, MeshFormat format, Progress& progress) {
+  constexpr std::array<std::string_view, 5> names{"OBJ", "STL", "PLY", "OFF",
+                                                  "GLB"};  // in the order of MeshFormat
+  try {
+    return format == MeshFormat::glb ? read_glb(bytes) : read_polygons(bytes, format, progress);
+  } catch (const Error& error) {
+    const std::string_view apparent = apparent_format({bytes.data(), bytes.size()});
+    if (error.code() != ErrorCode::cannot_read || apparent.empty() ||
+        apparent == names[static_cast<std::size_t>(format)])
+      throw;
+    throw Error(error.code(), error.what(),
+                fmt::format("it begins like {}: is {} the right format?", apparent,
+                            names[static_cast<std::size_t>(format)]));
+  }
 }
 
 std::string read_bytes(const std::filesystem::path& path) {
@@ -78,7 +106,7 @@ TriangleSoup read_mesh(const std::filesystem::path& path, Progress& progress) {
 
 TriangleSoup read_mesh(std::span<const char> bytes, MeshFormat format, Progress& progress) {
   progress.report("reading", 0.0);
-  TriangleSoup soup = format == MeshFormat::glb ? read_glb(bytes) : read_polygons(bytes, format, progress);
+  TriangleSoup soup = read_as(bytes, format, progress);
   if (soup.triangles.empty())
     throw Error(ErrorCode::empty_result, "the mesh has no triangle",
                 soup.positions.empty() ? "" : "point clouds have no surface: reconstruct one first");

@@ -113,6 +113,27 @@ TEST(ReadMesh, ReadsAsciiStlWithAwkwardNames) {
   expect_tet(read(text, MeshFormat::stl));
 }
 
+TEST(ReadMesh, ReadsAsciiStlInCapitals) {
+  const TriangleSoup soup = read(
+      "SOLID CAD\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1 "
+      "0\nENDLOOP\nENDFACET\n"
+      "ENDSOLID\n",
+      MeshFormat::stl);
+  EXPECT_EQ(soup.triangles.size(), 1u);
+}
+
+TEST(ReadMesh, NamesTheFormatOfAFileUnderAnothersName) {
+  for (const MeshFormat format : {MeshFormat::stl, MeshFormat::obj, MeshFormat::off, MeshFormat::glb}) {
+    try {
+      read(tet_ply_binary(false), format);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::cannot_read);
+      EXPECT_TRUE(std::string_view(error.hint()).starts_with("it begins like PLY")) << error.hint();
+    }
+  }
+}
+
 TEST(ReadMesh, ReadsTheDialectsOfObj) {
   const TriangleSoup plain = read(tet_obj, MeshFormat::obj);
   const TriangleSoup other = read(
