@@ -1,6 +1,6 @@
-# What is installed beside the program: its page, samples, man page and shell completion. The last two are
+# What is installed beside the program: its page, samples, man page and shell completions. The last are
 # written by the program from its own tree of commands.
-foreach(page IN ITEMS "man isochor.1" "bash-completion isochor.bash")
+foreach(page IN ITEMS "man isochor.1" "bash-completion isochor.bash" "zsh-completion isochor.zsh")
   separate_arguments(page)
   list(GET page 0 what)
   list(GET page 1 file)
@@ -13,6 +13,8 @@ install(TARGETS isochor RUNTIME)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/isochor.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/isochor.bash
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME isochor)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/isochor.zsh
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _isochor)
 set(web ${PROJECT_SOURCE_DIR}/web)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor PATTERN "*.py" EXCLUDE)
 install(DIRECTORY ${web}/bundle ${web}/report DESTINATION ${CMAKE_INSTALL_DATADIR}/isochor/web)

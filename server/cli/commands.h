@@ -15,8 +15,9 @@ void add_formats_command(CLI::App& app, CliContext& context);
 /// Hidden: writes the man page and the shell completion from the tree of commands itself.
 void add_generate_command(CLI::App& app, CliContext& context);
 
-/// roff and bash for the whole tree.
+/// roff and shell code for the whole tree.
 std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);
+std::string zsh_completion(const CLI::App& app);
 
 }  // namespace isochor

@@ -3,6 +3,7 @@ import json
 import os
 import pty
 import re
+import select
 import signal
 import subprocess
 import time
@@ -92,7 +93,7 @@ class Documentation(ProgramTest):
         for word in ("NAME", "MESH", "--smoothing-iterations", "EXIT STATUS"):
             self.assertIn(word, text)
 
-    def test_completion(self):
+    def test_completion_by_bash(self):
         script = self.file("completion.bash", self.run_program("generate", "bash-completion").stdout.decode())
 
         def complete(*words):
@@ -103,6 +104,34 @@ class Documentation(ProgramTest):
         self.assertEqual(complete("isochor", "me"), ["mesh"])
         self.assertEqual(complete("isochor", "mesh", "--smoothing-i"), ["--smoothing-iterations"])
         self.assertIn("--encoding", complete("isochor", "simulate", "--"))
+
+    def test_completion_by_zsh(self):
+        self.file("_isochor", self.run_program("generate", "zsh-completion").stdout.decode())
+        main, side = pty.openpty()
+        shell = subprocess.Popen(["zsh", "-f", "-i"], stdin=side, stdout=side, stderr=side, start_new_session=True,
+                                 cwd=self.folder, env={"TERM": "dumb", "PATH": os.environ["PATH"], "LC_ALL": "C.UTF-8"})
+        os.close(side)
+
+        def complete(line, *expected):
+            """What stands on the terminal after a tab, once all of that is there."""
+            os.write(main, line.encode() + b"\t")
+            shown, end = b"", time.monotonic() + 20
+            while not all(text in shown for text in expected) and time.monotonic() < end:
+                if select.select([main], [], [], 0.2)[0]:
+                    shown += os.read(main, 65536)
+            for text in expected:
+                self.assertIn(text, shown)
+            os.write(main, b"\x15")  # Ctrl-U
+
+        os.write(main, b"PROMPT='> '; fpath=($PWD $fpath); autoload -U compinit; compinit -u -D\n")
+        complete("isochor me", b"isochor mesh ")
+        complete("isochor mesh --smoothing-i", b"--smoothing-iterations")
+        complete("isochor simulate --en", b"--encoding")
+        complete("isochor ", b"formats", b"simulate", b"serve")
+        os.write(main, b"exit\n")
+        shell.wait(timeout=20)
+        os.close(main)
+        os.remove(self.folder / "_isochor")
 
 
 if __name__ == "__main__":

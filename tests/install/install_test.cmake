@@ -20,7 +20,8 @@ endif()
 run(${WORK}/prefix/bin/isochor mesh ${WORK}/prefix/share/isochor/samples/meshes/torus.obj --voxels 64
     -o ${WORK}/installed.msh -q)
 foreach(file IN ITEMS share/man/man1/isochor.1 share/bash-completion/completions/isochor
-        share/isochor/samples/index.json share/isochor/web/bundle/index.html include/isochor/core/pipeline/pipeline.h)
+        share/zsh/site-functions/_isochor share/isochor/samples/index.json share/isochor/web/bundle/index.html
+        include/isochor/core/pipeline/pipeline.h)
   if(NOT EXISTS ${WORK}/prefix/${file})
     message(FATAL_ERROR "${file} is not installed")
   endif()
