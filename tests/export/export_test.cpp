@@ -134,16 +134,19 @@ TEST_F(Export, GmshAndMeshioReadMedit) {
   }
 }
 
-TEST_F(Export, UsdaHasATetMeshAndACompanion) {
-  const auto found = read_back("usda", write("usda"));
+TEST_F(Export, ThreeReadsUsdaAndDrawsItsCompanion) {
+  const auto found = read_back("three", write("usda"));
   expect_model(found, "usda");
   expect_surface(found, 1e-12, "usda");
+  EXPECT_LT(found["shift_of_drawn"].get<double>(), 1e-6) << "drawn in single precision";
 }
 
-TEST_F(Export, JsonHasTheArraysOfTenMinutePhysics) {
-  const auto found = read_back("json", write("json"));
+TEST_F(Export, ThreeReadsTheArraysOfTenMinutePhysics) {
+  const auto found = read_back("three", write("json"));
   expect_model(found, "json");
   expect_surface(found, 1e-12, "json");
+  EXPECT_EQ(found["shift_of_drawn"].get<double>(), 0.0);
+  EXPECT_GT(found["edges"], mesh_.positions.size());
 }
 
 TEST_F(Export, BoundaryFormatsEncloseTheSameVolume) {

@@ -2,7 +2,6 @@
 as JSON: points, tets, triangles, the volume of the tets, the smallest one's, and that within the triangles."""
 import json
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
@@ -76,42 +75,29 @@ def with_tetgen(path):
     return points, tets, None, {"boundary_faces": len(faces)}
 
 
-def with_structure_of_usda(path):
-    """No USD in Debian: the prims and their arrays, by the grammar of the text."""
-    text = pathlib.Path(path).read_text()
-    assert text.startswith("#usda 1.0\n")
-    assert text.count("{") == text.count("}") and text.count("(") == text.count(")")
-    prims = {m[2]: (m[1], m[3]) for m in re.finditer(r'    def (\w+) "(\w+)"\n    \{\n(.*?)\n    \}', text, re.S)}
-
-    def array(prim, name):
-        values = re.search(rf" {name} = \[(.*?)\]\n", prims[prim][1] + "\n", re.S)[1]
-        return np.array([float(x) for x in re.findall(r"[-+.\deE]+", values)])
-
-    assert prims["tets"][0] == "TetMesh" and prims["surface"][0] == "Mesh"
-    assert 'orientation = "rightHanded"' in prims["tets"][1]
-    points = array("tets", r"point3f\[\] points").reshape(-1, 3)
-    tets = array("tets", r"int4\[\] tetVertexIndices").astype(int).reshape(-1, 4)
-    faces = array("tets", r"int3\[\] surfaceFaceVertexIndices").astype(int).reshape(-1, 3)
-    own = array("surface", r"point3f\[\] points").reshape(-1, 3)
-    indices = array("surface", r"int\[\] faceVertexIndices").astype(int)
-    counts = array("surface", r"int\[\] faceVertexCounts")
-    assert np.all(counts == 3) and len(indices) == 3 * len(counts)
-    assert sorted(set(indices)) == list(range(len(own))), "orphan points in the companion mesh"
-    assert np.array_equal(own[indices], points[faces].reshape(-1, 3))
-    return points, tets, faces, {}
+def with_three(path):
+    """three.js by node: the arrays as its USDA parser gives them, and the triangles that it would draw."""
+    script = pathlib.Path(__file__).with_name("read_with_three.mjs")
+    found = json.loads(subprocess.run(["node", script, path], check=True, capture_output=True).stdout)
+    points, tets, triangles = (np.array(found[name]) for name in ("points", "tets", "triangles"))
+    points, tets, triangles = points.reshape(-1, 3), tets.reshape(-1, 4), triangles.reshape(-1, 3)
+    drawn = np.array(found["drawn"]).reshape(-1, 3)
+    shift = np.abs(points[triangles].reshape(-1, 3) - drawn).max()
+    return points, tets, triangles, {"shift_of_drawn": float(shift), **edges_of_json(path, tets)}
 
 
-def with_json(path):
-    data = json.loads(pathlib.Path(path).read_text())
-    edges = {tuple(edge) for edge in np.array(data["tetEdgeIds"]).reshape(-1, 2)}
-    tets = np.array(data["tetIds"]).reshape(-1, 4)
+def edges_of_json(path, tets):
+    """tetEdgeIds, which only that format has: each edge once."""
+    if not path.endswith(".json"):
+        return {}
+    listed = np.array(json.loads(pathlib.Path(path).read_text())["tetEdgeIds"]).reshape(-1, 2)
     wanted = {tuple(sorted((int(t[a]), int(t[b])))) for t in tets for a in range(4) for b in range(a)}
-    assert edges == wanted and len(data["tetEdgeIds"]) == 2 * len(wanted)
-    return np.array(data["verts"]).reshape(-1, 3), tets, np.array(data["tetSurfaceTriIds"]).reshape(-1, 3), {}
+    assert len(listed) == len(wanted) and {tuple(edge) for edge in listed.tolist()} == wanted
+    return {"edges": len(listed)}
 
 
 READERS = {"meshio": with_meshio, "gmsh": with_gmsh, "vtk": with_vtk, "tetgen": with_tetgen,
-           "usda": with_structure_of_usda, "json": with_json}
+           "three": with_three}
 
 
 def main():
