@@ -26,7 +26,7 @@ class Text {
   requires(std::integral<Number> || std::floating_point<Number>) Text& operator<<(Number number) {
     std::array<char, 32> digits;
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
-    content_.append(digits.data(), end);
+    content_.append(digits.data(), static_cast<std::size_t>(end - digits.data()));
     return *this;
   }
   Text& operator<<(const Vec3& v) { return *this << v.x() << ' ' << v.y() << ' ' << v.z(); }

@@ -83,7 +83,7 @@ bool accepts_gzip(const Request& request) {
 Assets::Assets(const fs::path& web_folder, const std::string& token) {
   if (web_folder.empty()) return;
   for (const fs::path& file : files_below(web_folder))
-    add(file, "/" + file.lexically_relative(web_folder).generic_string(), token);
+    add(file, (fs::path("/") / file.lexically_relative(web_folder)).generic_string(), token);
   if (const auto index = files_.find("/index.html"); index != files_.end()) files_["/"] = index->second;
 }
 
