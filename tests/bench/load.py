@@ -106,21 +106,40 @@ def many_viewers(server, seconds=6.0):
             "health": asked}
 
 
-def few_viewers(server, rounds=7, seconds=1.0):
-    """4 viewers at 30 frames a second of a simulation that steps as fast as it can: the ratio of its rates, with and
-    without them in turn."""
+def few_viewers(server, rounds=21, seconds=0.7):
+    """4 viewers at 30 frames a second of a simulation that steps as fast as it can, with and without them in turn: the
+    ratio of its rates by the clock, which the readers here and all else on the machine share in, and by the time that
+    its own threads need for a step; and what encoding and sending take of a core."""
     frames, path = new_simulation(server, 16, "&pace=fast")
     stride = max(1, round(steps_per_second(server, path, seconds) / 30))
-    ratios, seen = [], []
+
+    def measure():
+        before, start, rate = server.thread_seconds(), time.perf_counter(), steps_per_second(server, path, seconds)
+        elapsed = time.perf_counter() - start
+        return rate, {thread: (now - before.get(thread, 0.0)) / elapsed
+                      for thread, now in server.thread_seconds().items()}
+
+    by_clock, by_own_time, streaming, seen = [], [], [], []
     for _ in range(rounds):
-        without = steps_per_second(server, path, seconds)
+        rate_without, busy_without = measure()
         viewers = Viewers(server, f"{frames}?stride={stride}", 4)
-        ratios.append(steps_per_second(server, path, seconds) / without)
+        rate, busy = measure()
         seen.append(sum(viewers.lines) / 4 / seconds)
         viewers.close()
+        steppers = [thread for thread, share in busy_without.items() if share > 0.1 * sum(busy_without.values())]
+        own, own_without = (sum(shares[thread] for thread in steppers) for shares in (busy, busy_without))
+        by_clock.append(rate / rate_without)
+        by_own_time.append((rate / own) / (rate_without / own_without))
+        streaming.append(sum(busy.values()) - own - (sum(busy_without.values()) - own_without))
     server.request("DELETE", path)
-    return {"step_rate_ratio": statistics.median(ratios), "least": min(ratios), "most": max(ratios),
-            "frames_per_second": statistics.median(seen)}
+    return {"step_rate_ratio": statistics.median(by_clock), "quartiles": quartiles(by_clock),
+            "by_own_cpu_time": statistics.median(by_own_time), "own_quartiles": quartiles(by_own_time),
+            "streaming_of_a_core": statistics.median(streaming), "frames_per_second": statistics.median(seen)}
+
+
+def quartiles(values):
+    first, _, third = statistics.quantiles(values, n=4)
+    return {"first": first, "third": third}
 
 
 def one_browser(server, seconds=4.0):
@@ -143,6 +162,21 @@ def slow_heads(server, seconds=3.0):
     asked = health.close()
     for peer in peers:
         peer.close()
+    return asked
+
+
+def own_work(server, seconds=4.0):
+    """/health while the server has work for more threads than there are cores."""
+    mesh = server.send("POST", "/meshes?sample=tree")["id"]
+    jobs = [server.send("POST", "/models", {"mesh_id": mesh, "params": {"voxels": 400, "cells": cells}})
+            for cells in (150, 151, 152, 153)]
+    frames, path = new_simulation(server, 16, "&pace=fast")
+    viewers, health = Viewers(server, frames, 20), Health(server)
+    time.sleep(seconds)
+    asked = health.close()
+    viewers.close()
+    for gone in [path] + ["/jobs/" + job["id"] for job in jobs]:
+        server.request("DELETE", gone)
     return asked
 
 
@@ -190,7 +224,7 @@ def show(name, value, indent=""):
 
 def main():
     figures = {}
-    for measure in (slow_heads, cancelling, one_browser, few_viewers, slow_reader, many_viewers):
+    for measure in (slow_heads, own_work, cancelling, one_browser, few_viewers, slow_reader, many_viewers):
         with Serving() as server:
             server.wait_until_idle()
             figures[measure.__name__] = measure(server)

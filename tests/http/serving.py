@@ -15,6 +15,8 @@ TICKS = os.sysconf("SC_CLK_TCK")
 class Serving:
     """with Serving() as server: …; ends with SIGTERM, and with an exit code of 0."""
 
+    patience = 30.0  # seconds for an answer, and for the end
+
     def __init__(self, *arguments, launcher=(), **options):
         self.process = subprocess.Popen([*launcher, PROGRAM, "serve", "--port", "0", "--json", *arguments],
                                         stdout=subprocess.PIPE, **options)
@@ -35,7 +37,7 @@ class Serving:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         try:
-            return self.process.wait(20)
+            return self.process.wait(self.patience)
         finally:
             self.process.kill()
             self.process.stdout.close()
@@ -45,9 +47,9 @@ class Serving:
         while any(job["status"] in ("queued", "running") for job in self.get("/jobs")["jobs"]):
             time.sleep(0.02)
 
-    def request(self, method, path, body=None, timeout=30):
+    def request(self, method, path, body=None):
         """Status and document."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=self.patience)
         headers = {"Authorization": "Bearer " + self.token}
         if body is not None and not isinstance(body, bytes):
             body = json.dumps(body)
@@ -119,6 +121,11 @@ class Serving:
     def cpu_seconds(self):
         fields = pathlib.Path(f"/proc/{self.pid}/stat").read_text().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / TICKS
+
+    def thread_seconds(self):
+        """CPU time of each thread."""
+        tasks = pathlib.Path(f"/proc/{self.pid}/task")
+        return {task.name: int((task / "schedstat").read_text().split()[0]) / 1e9 for task in tasks.iterdir()}
 
     def descriptors(self):
         return len(os.listdir(f"/proc/{self.pid}/fd"))

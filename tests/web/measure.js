@@ -106,9 +106,38 @@ const frame_time = (page, act) => page.evaluate(async source => {
   return 2000 / drawn;
 }, act);
 
+/// Frames a second of a live simulation that reach the page, decoded by its own reader, over four seconds.
+async function measure_stream(page) {
+  const {vertices, rate, dropped} = await page.evaluate(async () => {
+    const headers = {Authorization: `Bearer ${document.querySelector('meta[name=isochor-token]').content}`, 'Content-Type': 'application/json'};
+    const body = {type: 'deformable', edge_stiffness: 100, diagonal_stiffness: 100,
+      lattice: {cells: [26, 26, 26], cell_size: 1 / 26, origin: [0, 1, 0]}};
+    const made = await fetch('/api/v1/simulations?state=playing&wait_ms=10000', {method: 'POST', headers,
+      body: JSON.stringify({duration: null, gravity: [0, 0, 0], bodies: [body]})});
+    const {id, frames} = await made.json();
+    const worker = new Worker('/wire/stream_worker.js', {type: 'module'});
+    const seen = [];
+    worker.addEventListener('message', ({data: {line}}) => line?.type === 'frame' && seen.push([performance.now(), line]));
+    worker.postMessage({task: 'follow', url: frames, headers, generation: 0});
+    while (!seen.length) await new Promise(resolve => setTimeout(resolve, 20));
+    const first = seen.length, from = performance.now();
+    await new Promise(resolve => setTimeout(resolve, 4000));
+    const counted = seen.slice(first).filter(([at]) => at <= from + 4000);
+    worker.terminate();
+    await fetch(`/api/v1/simulations/${id}`, {method: 'DELETE', headers});
+    const lines = counted.map(([, line]) => line);
+    return {vertices: lines[0].bodies[0].positions.length / 3, rate: counted.length / 4,
+      dropped: lines.at(-1).dropped - lines[0].dropped};
+  });
+  note('stream: vertices of a frame', vertices, 'vertices');
+  note('stream: frames that reach the page, decoded', rate, 'a second');
+  note('stream: frames dropped in four seconds', dropped, 'frames');
+}
+
 try {
   await measure_opening();
   const page = await open_page({browser, server});
+  await measure_stream(page);
   await measure_tuning(page, 'tree');
   for (const file of process.argv.slice(2)) {
     const name = basename(file);
