@@ -161,18 +161,17 @@ def server(figures):
         rows.append(["4 viewers at 30 frames a second", f"{few['step_rate_ratio']:.2f} of the step rate without them"])
     if slow := load.get("slow_heads"):
         rows.append(["`/health` under 300 slow heads", f"median {slow['median_ms']:.1f} ms, 99 % within {slow['p99_ms']:.0f} ms"])
-    return table("The server, readers in Python on the same cores:", ["", ""], rows)
+    return table("The server, readers in Python on the same cores:", ["", ""], rows) if rows else ""
 
 
 def section(figures):
     source = figures.json
     head = (f"{source['machine']}; {source['compiler']}; commit {source['commit']}; load average of the machine "
-            f"{source['load_average']}. One run of `tests/bench/run`, kept in tests/bench/figures.json. CPU time on one thread; on two, elapsed "
-            "times stand in that file.\n")
-    parts = [head, grown(figures, "meshing_stages_bench", STAGES, "Meshing a torus of 69,696 triangles (unless its size varies):"), distance(figures), meshing(figures), volume(figures),
-             grown(figures, "step_bench", STEPS, "A frame of 1/60 s:"), bullet(figures), embedding(figures),
-             server(figures)]
-    return "\n".join(parts)
+            f"{source['load_average']}. Measured by `tests/bench/run`, kept in tests/bench/figures.json. CPU time on one thread.\n")
+    stages = grown(figures, "meshing_stages_bench", STAGES, "Meshing a torus of 69,696 triangles (unless its size varies):")
+    parts = [head, stages, distance(figures), meshing(figures), volume(figures),
+             grown(figures, "step_bench", STEPS, "A frame of 1/60 s:"), bullet(figures), embedding(figures), server(figures)]
+    return "\n".join(part for part in parts if part)
 
 
 def replaced(readme, text):
