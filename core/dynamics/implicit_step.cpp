@@ -183,6 +183,8 @@ void ImplicitStep::solve(SoftBody& body) {
   // The forces end up in balance to a hundredth, so that the ledger has next to nothing to correct.
   if (scheme_ == ImplicitScheme::energy_momentum)
     iterate(body, {{}, {}, 2}, 0.1, 0.1, internal_energy_);
+  else if (body.has_pins)  // nothing turns with it, so that its path must be found
+    iterate(body, {{}, {}, most_steps}, 0.02, 0.02, energy_);
   else
     newton_step(body, {{}, {}, 1}, 1e-3, 0);
   solved_ = body.positions;
