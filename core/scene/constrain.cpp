@@ -7,7 +7,7 @@ namespace {
 
 /// The active set of contacts usually stands after two rounds; later rounds only add to it, so that it ends.
 /// What friction still lacks then, the next substep starts from.
-constexpr int max_contact_rounds = 10;
+constexpr int max_contact_rounds = 14;
 constexpr int release_rounds = 4;
 /// Distance from its anchor that a substep leaves an attached particle, in cells.
 constexpr double attachment_slop = 1e-7;
