@@ -36,6 +36,10 @@ void StencilSolver::add(std::int32_t cell, std::int32_t other, float value) {
 
 void StencilSolver::prepare(const std::array<double, 3>& areas) {
   if (box_) box_->set_areas(areas);
+  set_scale();
+}
+
+void StencilSolver::set_scale() {
   layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     stencil_kernels().set_scale(as_runs(slab.cells), stencil_.entry[stencil_center], box_diagonal_.data(),
                                 collapsed, scale_.data());
@@ -57,11 +61,18 @@ void StencilSolver::choose_preconditioner(const double* errors) {
   const double with_box = solve(errors, tolerance) * cost_of_iteration();
   std::optional<FastDiagonalization> box = std::move(box_);
   box_.reset();
+  AlignedArray<float> of_box = std::move(box_diagonal_);
+  box_diagonal_ = AlignedArray<float>(layout_.slots);
+  for (const std::int32_t slot : layout_.cell_slots) box_diagonal_[slot] = 1.0F;
+  set_scale();
   // On a deformed body, whose matrix is not symmetric, many iterations become too many: at rest the diagonal
   // must win clearly.
   const auto affordable = static_cast<int>(0.7 * with_box / cost_of_iteration());
   solve(errors, tolerance, affordable);
-  if (!reached_) box_ = std::move(box);
+  if (reached_) return;
+  box_ = std::move(box);
+  box_diagonal_ = std::move(of_box);
+  set_scale();
 }
 
 Direction StencilSolver::direction(int i) const {

@@ -44,6 +44,7 @@ class StencilSolver {
 
  private:
   double cost_of_iteration() const;
+  void set_scale();
   /// Sums over a slab, to be added in their order.
   struct Partial {
     double with_earlier[depth] = {};

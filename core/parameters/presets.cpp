@@ -11,7 +11,7 @@ std::span<const Preset> meshing_presets() {
       {"thin",
        "Thin parts",
        "Sheets, leaves and twigs stay in one piece, at the price of thickening them.",
-       {{"p_in_voxels", 4.0}, {"p_subs_voxels", 6.0}, {"far_majority", 0.67}, {"density", 0.2}}},
+       {{"p_in_voxels", 4.0}, {"p_subs_voxels", 6.0}, {"density", 0.2}}},
       {"hull",
        "Coarse hull",
        "A few large cells that close gaps and envelop the input, for cheap simulation.",
