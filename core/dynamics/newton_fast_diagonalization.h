@@ -10,7 +10,8 @@ namespace isochor::newton {
 /// and S the difference and mean of an axis' neighbouring nodes, W the lumped inverse masses of that axis,
 /// K = D W Dᵀ and G = S W Sᵀ, the operator is α_x K⊗G⊗G + α_y G⊗K⊗G + α_z G⊗G⊗K (nodes of either parity taken
 /// alike, which leaves a condition number of two). From K v = λ G v and VᵀGV = 1 its inverse is
-/// (V⊗V⊗V) diag(1/Σα_dλ_d) (V⊗V⊗V)ᵀ. Checkerboards, its near-null modes, are inverted like all others.
+/// (V⊗V⊗V) diag(1/Σα_dλ_d) (V⊗V⊗V)ᵀ. Checkerboards, its near-null modes, are inverted like all others. In a
+/// body of another shape W is the product nearest to its own inverse masses.
 class FastDiagonalization {
  public:
   static constexpr int longest = 256;  ///< cells an axis

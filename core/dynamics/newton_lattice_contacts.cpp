@@ -112,11 +112,11 @@ void LatticeSystem::set_irregular_rows(const PointArray& points) {
   }
 }
 
-void LatticeSystem::add_irregular_forces(const PointArray& points, double factor) {
+void LatticeSystem::add_irregular_forces(const PointArray& points, double factor, const float* multipliers) {
   for (const LatticeLayout::IrregularCell& cell : layout_.irregular_cells) {
     const CellCorners gradient = scaled_gradient(cell.slot, points);
     for (int b = 0; b < 8; ++b)
-      forces_.add(cell.corners[b], factor * length_ * length_ * solver_.solution()[cell.slot] * gradient[b]);
+      forces_.add(cell.corners[b], factor * length_ * length_ * multipliers[cell.slot] * gradient[b]);
   }
 }
 

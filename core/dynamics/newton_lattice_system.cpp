@@ -85,8 +85,6 @@ void LatticeSystem::load(const ProjectionRequest& request, const Coordinates& po
   gather(request.start ? *request.start : positions, start_);
   gather(positions, x_);
   weighted_at_start_ = false;
-  std::swap(multipliers_, last_multipliers_);
-  std::fill_n(multipliers_.data(), multipliers_.size(), 0.0F);
   unblock();
   load_carriers(request.carriers);
   block(request.blocked);
@@ -215,9 +213,32 @@ void LatticeSystem::set_step(Directions directions) {
   set_step(directions, solver_.solution());
 }
 
-bool LatticeSystem::recall() {
-  set_step(Directions::start, last_multipliers_.data());
-  return true;
+/// multipliers_ becomes what this step is likely to need, (h/h')²·(2μ' − μ'') of the two before, and true,
+/// where these were alike; else zero.
+bool LatticeSystem::carry_on_multipliers(double length) {
+  constexpr double alike = 0.5;  // of the squares
+  double change = 0.0, size = 0.0;
+  for (const std::int32_t cell : layout_.cell_slots) {
+    const double last = multipliers_[cell], difference = last - last_multipliers_[cell];
+    size += last * last;
+    change += difference * difference;
+  }
+  std::swap(multipliers_, last_multipliers_);
+  const bool steady = length > 0.0 && change < alike * size;
+  const auto scale = static_cast<float>(length * length);
+  for (const std::int32_t cell : layout_.cell_slots)
+    multipliers_[cell] = steady ? scale * (2.0F * last_multipliers_[cell] - multipliers_[cell]) : 0.0F;
+  return steady;
+}
+
+void LatticeSystem::begin_step(const Coordinates& start, double length, Coordinates& positions) {
+  if (!carry_on_multipliers(length)) return;
+  load({.start = &start}, positions);
+  set_step(Directions::start, multipliers_.data());
+  std::swap(x_, trial_);
+  trial_t_ = -1.0;
+  stepping_along_ = nullptr;
+  store(positions);
 }
 
 void LatticeSystem::set_step(Directions directions, const float* multipliers) {
@@ -232,7 +253,7 @@ void LatticeSystem::set_step(Directions directions, const float* multipliers) {
                           factor, forces_.view());
         },
         first, 2);
-  add_irregular_forces(points, factor);
+  add_irregular_forces(points, factor, multipliers);
   read_blocked_forces();
   layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     kernels_.accelerate(as_runs(slab.nodes), inverse_masses_.data(), forces_.view(), direction_.view(),

@@ -39,7 +39,7 @@ class LatticeSystem final : public NewtonSystem {
   void linearize(Directions directions) override;
   int solve(double tolerance) override;
   void set_step(Directions directions) override;
-  bool recall() override;
+  void begin_step(const Coordinates& start, double length, Coordinates& positions) override;
   void set_dilation() override;
   bool is_free() const override { return pinned_ == 0 && blocked_.empty() && carriers_.empty(); }
   std::int64_t rowless_cells() const override { return rowless_; }
@@ -75,6 +75,7 @@ class LatticeSystem final : public NewtonSystem {
   // newton_lattice_contacts.cpp: all that is not the same for every cell.
   void block(std::span<const BlockedParticle> blocked);
   void unblock();
+  bool carry_on_multipliers(double length);
   void load_carriers(std::span<RigidCarrier> carriers);
   std::int64_t count_rowless() const;
   StridedVector weighted_gradient(std::int64_t cell, int corner);
@@ -82,7 +83,7 @@ class LatticeSystem final : public NewtonSystem {
   void weigh_blocked_gradients();
   void set_carrier_rows(const PointArray& points, CarrierSide side);
   void set_irregular_rows(const PointArray& points);
-  void add_irregular_forces(const PointArray& points, double factor);
+  void add_irregular_forces(const PointArray& points, double factor, const float* multipliers);
   void set_step(Directions directions, const float* multipliers);
   void read_blocked_forces();
   void move_blocked_particles();
@@ -102,7 +103,7 @@ class LatticeSystem final : public NewtonSystem {
   AlignedArray<double> inverse_volumes_, errors_, inverse_masses_;
   AlignedArray<float> sign_, weights_;  ///< inverse masses over their mean
   StencilSolver solver_;
-  AlignedArray<float> multipliers_, last_multipliers_;  ///< of this projection, of the one before
+  AlignedArray<float> multipliers_, last_multipliers_;  ///< of this step, of the one before
   const float* stepping_along_ = nullptr;               ///< the multipliers of direction_
 
   /// W Jᵀ, where it was taken last; of the corners of irregular cells behind the lattice apart from the rest.

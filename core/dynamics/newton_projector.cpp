@@ -26,6 +26,11 @@ class NewtonProjector final : public VolumeProjector {
  public:
   explicit NewtonProjector(std::unique_ptr<NewtonSystem> system) : system_(std::move(system)) {}
 
+  void begin_step(const Coordinates& start, double h, Coordinates& positions) override {
+    system_->begin_step(start, last_h_ > 0.0 ? h / last_h_ : 0.0, positions);
+    last_h_ = h;
+  }
+
   ProjectionResult project(const ProjectionRequest& request, Coordinates& positions) override {
     system_->load(request, positions);
     ProjectionResult result;
@@ -35,29 +40,17 @@ class NewtonProjector final : public VolumeProjector {
       result.max_error = std::numeric_limits<double>::max();
       return result;
     }
-    if (request.recall && errors_.max > request.tolerance) recall();
     iterate(request, result);
     system_->store(positions);
     result.max_error = errors_.max;
-    result.worst_cell = system_->worst_cell();
     result.converged = errors_.max <= request.tolerance;
+    if (!result.converged) result.worst_cell = system_->worst_cell();
     return result;
   }
 
   std::int64_t bytes() const override { return system_->bytes(); }
 
  private:
-  void recall() {
-    if (!system_->recall()) return;
-    const VolumeErrors trial = system_->evaluate(1.0);
-    if (trial.finite() && trial.sum_of_squares < errors_.sum_of_squares) {
-      system_->accept(1.0);
-      errors_ = trial;
-    } else {
-      system_->evaluate(0.0);
-    }
-  }
-
   void iterate(const ProjectionRequest& request, ProjectionResult& result) {
     // Correcting the total moves every cell by up to the largest error, so cells get half of the tolerance.
     const bool free = system_->is_free();
@@ -134,11 +127,14 @@ class NewtonProjector final : public VolumeProjector {
   std::unique_ptr<NewtonSystem> system_;
   VolumeErrors errors_;
   Directions linearized_ = Directions::start;
+  double last_h_ = 0.0;         ///< s
   double linearized_at_ = 0.0;  ///< largest error where the matrix was made
 };
 
 }  // namespace
 }  // namespace newton
+
+void VolumeProjector::begin_step(const Coordinates& /*start*/, double /*h*/, Coordinates& /*positions*/) {}
 
 std::unique_ptr<VolumeProjector> make_newton_projector(VolumeModel model) {
   std::unique_ptr<newton::NewtonSystem> system;

@@ -37,9 +37,9 @@ class NewtonSystem {
   virtual int solve(double tolerance) = 0;
   /// d = W Jᵀ μ.
   virtual void set_step(Directions directions) = 0;
-  /// d = W J₀ᵀ μ with the μ of all steps accepted since the projection before this one was loaded, where the
-  /// system remembers them; false where it does not.
-  virtual bool recall() { return false; }
+  /// A step of a length over that of the last one: moves positions by W J₀ᵀ μ, J₀ at the start and μ carried
+  /// on from the last two steps. Nothing where the system does not remember them.
+  virtual void begin_step(const Coordinates& /*start*/, double /*length*/, Coordinates& /*positions*/) {}
   /// d = start − its centre of mass: changes the volume, not the momentum about the start positions.
   virtual void set_dilation() = 0;
 

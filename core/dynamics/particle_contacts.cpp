@@ -162,6 +162,7 @@ bool ParticleContacts::attach(const SoftBody& body, std::int32_t particle, int s
     contact.plane[0].source = source;
     contact.planes = 1;
     contact.sticking = contact.attached = true;
+    contact.push = body.masses[particle] * (body.positions.at(particle) - predicted_.at(particle));
   }
   Contact& contact = particles_[slot_[particle]];
   contact.anchor = anchor;

@@ -44,15 +44,13 @@ struct ProjectionRequest {
   /// the volume presses on them, for friction and release.
   std::span<Vec3> blocked_forces = {};
   std::span<RigidCarrier> carriers = {};
-  /// The first projection of a step may start from what the last one pressed: it changes little.
-  bool recall = false;
   double tolerance = 1e-6;  ///< largest |V − V0|/V0 of a cell
   int max_iterations = 40;
 };
 
 struct ProjectionResult {
-  double max_error = 0.0;  ///< largest |V − V0|/V0 of a cell at the end
-  std::int64_t worst_cell = -1;
+  double max_error = 0.0;        ///< largest |V − V0|/V0 of a cell at the end
+  std::int64_t worst_cell = -1;  ///< where it did not converge
   int iterations = 0;
   bool converged = false;
   bool kept_directions =
@@ -65,6 +63,9 @@ struct ProjectionResult {
 class VolumeProjector {
  public:
   virtual ~VolumeProjector() = default;
+  /// Before the first projection of a step of h seconds: moves positions by what the volume pressed in the
+  /// steps before, while that changes little. Does nothing where nothing is remembered.
+  virtual void begin_step(const Coordinates& start, double h, Coordinates& positions);
   virtual ProjectionResult project(const ProjectionRequest& request, Coordinates& positions) = 0;
   virtual std::int64_t bytes() const = 0;
 };

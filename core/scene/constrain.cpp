@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "core/dynamics/inversion.h"
 #include "core/scene/detect_contacts.h"
 #include "core/scene/substep.h"
@@ -9,6 +11,8 @@ namespace {
 /// What friction still lacks then, the next substep starts from.
 constexpr int max_contact_rounds = 14;
 constexpr int release_rounds = 4;
+/// Largest cell error of the first round: forces are known to a few per cent then, enough to judge by.
+constexpr double rough_tolerance = 1e-3;
 /// Distance from its anchor that a substep leaves an attached particle, in cells.
 constexpr double attachment_slop = 1e-7;
 constexpr int max_lift_rounds = 10;
@@ -52,9 +56,10 @@ void answer(const Substep& step, SceneSoftBody& soft) {
   });
 }
 
-ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft, bool first) {
+ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft) {
   ParticleContacts& contacts = *soft.contacts;
   ProjectionResult result;
+  bool rough = false;
   for (int round = 0; round < max_contact_rounds; ++round) {
     bool changed = round == 0;
     if (round > 0) {
@@ -72,9 +77,10 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft,
       if (changed) contacts.place(soft.body);
       if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);
     });
-    if (!changed) break;
+    if (!changed && !rough) break;
     ProjectionRequest request = make_request(step.world, soft);
-    request.recall = first && round == 0;
+    rough = round == 0 && !contacts.empty() && !soft.pressed_implicitly;
+    if (rough) request.tolerance = std::max(request.tolerance, rough_tolerance);
     // Last, with the rigid bodies where they are: nothing is left inside them.
     if (round + 1 < max_contact_rounds) request.carriers = contacts.carriers();
     result = project(step, soft, request);
@@ -118,20 +124,22 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
     });
   soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
   if (soft.unbalanced && step.may_halve) return;
-  const auto meet = [&](bool first) {
-    if (soft.contacts) return project_with_contacts(step, soft, first);
-    ProjectionRequest request = make_request(step.world, soft);
-    request.recall = first;
-    return project(step, soft, request);
+  if (!soft.implicit)  // whose solve knows the volume already
+    step.world.phases.run(Phase::volume, [&] {
+      soft.body.projector->begin_step(soft.body.start_positions, step.h, soft.body.positions);
+    });
+  const auto meet = [&] {
+    return soft.contacts ? project_with_contacts(step, soft)
+                         : project(step, soft, make_request(step.world, soft));
   };
-  ProjectionResult result = meet(true);
+  ProjectionResult result = meet();
   find_inverted(step, soft);
   if (soft.inverted && !began_inverted) ++step.stats.recoveries, soft.recovered = true;
   for (int round = 0; round < max_lift_rounds && soft.inverted && !began_inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       soft.tets->lift(soft.body, make_request(step.world, soft), soft.body.positions);
     });
-    result = meet(false);
+    result = meet();
     find_inverted(step, soft);
   }
   record(step, soft, result);
