@@ -116,6 +116,7 @@ void hand_out(const Substep& step, SceneSoftBody& soft) {
 
 void constrain(const Substep& step, SceneSoftBody& soft) {
   const bool began_inverted = soft.inverted;
+  const bool steady = !soft.recovered;
   soft.recovered = false;
   soft.pressed_implicitly = soft.implicit && soft.contacts && step.world.massive.empty();
   if (soft.contacts)
@@ -124,7 +125,8 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
     });
   soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
   if (soft.unbalanced && step.may_halve) return;
-  if (!soft.implicit)  // whose solve knows the volume already
+  // An implicit solve knows the volume already, and recovery has moved the body where no multiplier says.
+  if (!soft.implicit && steady)
     step.world.phases.run(Phase::volume, [&] {
       soft.body.projector->begin_step(soft.body.start_positions, step.h, soft.body.positions);
     });
