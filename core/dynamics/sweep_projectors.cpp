@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,8 @@ namespace {
 constexpr int sweeps_per_iteration = 25;
 /// Elements this far below the tolerance are left alone in a sweep.
 constexpr double skip_below = 0.1;
+/// An error beyond this is no longer on its way back: elements undo each other's work.
+constexpr double diverged = 100.0;
 
 /// Gauss–Seidel over the elements: each one in turn is brought to its rest volume, by scaling it about its
 /// centre of mass or along its gradient.
@@ -32,10 +35,16 @@ class SweepProjector final : public VolumeProjector {
     result.kept_directions = !scaling_ && request.start != nullptr;
     measure(x, result);
     const int sweeps = request.max_iterations * sweeps_per_iteration;
+    const double lost = std::max(diverged, 2.0 * result.max_error);
+    before_ = x;
     while (result.max_error > request.tolerance && result.iterations < sweeps) {
       sweep(request, x, result);
       measure(x, result);
       ++result.iterations;
+      if (result.max_error < lost) continue;
+      take_back(request, x);
+      measure(x, result);
+      break;
     }
     result.converged = result.max_error <= request.tolerance;
     mobility_.end();
@@ -58,9 +67,17 @@ class SweepProjector final : public VolumeProjector {
   void measure(const Coordinates& x, ProjectionResult& result) const {
     result.max_error = 0.0;
     for (std::int64_t e = 0; e < elements_.count(); ++e) {
-      const double error = std::abs(elements_.volume(e, x) - rest_volumes_[e]) / rest_volumes_[e];
+      double error = std::abs(elements_.volume(e, x) - rest_volumes_[e]) / rest_volumes_[e];
+      if (!std::isfinite(error)) error = std::numeric_limits<double>::infinity();
       if (error > result.max_error) result.max_error = error, result.worst_cell = elements_.cell(e);
     }
+  }
+
+  /// The body stays where it was, unmet but finite.
+  void take_back(const ProjectionRequest& request, Coordinates& x) const {
+    x = before_;
+    std::ranges::fill(request.blocked_forces, Vec3::Zero());
+    for (RigidCarrier& carrier : request.carriers) carrier.motion.setZero();
   }
 
   void sweep(const ProjectionRequest& request, Coordinates& x, ProjectionResult& result) {
@@ -145,6 +162,7 @@ class SweepProjector final : public VolumeProjector {
   VolumeElements elements_;
   std::vector<double> rest_volumes_;
   Mobility mobility_;
+  Coordinates before_;  ///< as the projection found the body
   bool scaling_;
   std::int64_t rowless_ = 0;
 };

@@ -128,6 +128,40 @@ TEST(Extremes, AnInfeasibleBodyIsNamed) {
   EXPECT_NEAR(frame.metrics.max_cell_volume_error, 0.1, 1e-9);
 }
 
+/// Pressed between walls on all sides: no sweep can meet every cell, and the
+/// bodies stay finite all the same.
+TEST(Extremes, SweepsOfAnInfeasibleBodyStayFinite) {
+  for (const VolumeSolver solver : {VolumeSolver::gradient, VolumeSolver::scaling}) {
+    Progress quiet;
+    Scene scene = stretched_cube(3, 1e4, 1.0 / 60.0, SpringIntegrator::automatic);
+    scene.solver.volume = solver;
+    std::get<DeformableBody>(scene.bodies[0].kind).start = StartState{};
+    const auto add_wall = [&](const Vec3& normal, double offset, double speed) {
+      RigidBody wall;
+      wall.shape = PlaneShape{normal, offset};
+      if (speed > 0.0)
+        wall.motion = Motion{speed * normal, Vec3::Zero(), 0.2, {}};
+      else
+        wall.is_static = true;
+      scene.bodies.emplace_back();
+      scene.bodies.back().name = "wall" + std::to_string(scene.bodies.size());
+      scene.bodies.back().kind = wall;
+    };
+    for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitZ()), Vec3(Vec3::UnitY())}) {
+      add_wall(axis, -0.5, 0.0);
+      add_wall(-axis, -0.5, axis.y() > 0.0 ? 1.0 : 0.0);
+    }
+    const auto simulation = compile(scene, quiet);
+    bool feasible = true;
+    for (int frame = 0; frame < 4; ++frame) {
+      const Snapshot snapshot = simulation->step(quiet);
+      ASSERT_TRUE(all_finite(snapshot)) << frame;
+      feasible &= snapshot.metrics.feasible;
+    }
+    EXPECT_FALSE(feasible);
+  }
+}
+
 /// Ten seconds of flight with strong internal motion.
 TEST(Momentum, IsKeptToRoundOffBySymplecticSprings) {
   Progress quiet;
