@@ -17,6 +17,15 @@ export class Client extends EventTarget {
     this.base = base;
     this.begun = new Map();
     this.keep_token(document.querySelector('meta[name=isochor-token]').content || brought_token() || sessionStorage.getItem('isochor-token'));
+    addEventListener('hashchange', () => this.take_brought_token());
+  }
+
+  /// An address that differs behind its # alone does not load the page again.
+  take_brought_token() {
+    const token = brought_token();
+    if (!token) return;
+    this.keep_token(token);
+    location.reload();
   }
 
   keep_token(token) {
