@@ -8,19 +8,43 @@ import {start_server} from './support/server.js';
 const note = (what, value, unit = 'ms') => {
   console.log(`${what.padEnd(64)} ${String(Math.round(value)).padStart(7)} ${unit}`);
 };
-const median = values => values.sort((a, b) => a - b)[values.length >> 1];
+const median = values => values.toSorted((a, b) => a - b)[values.length >> 1];
+const note_all = (what, values) => {
+  note(`${what} (median of ${values.length})`, median(values));
+  note(`${what} (worst)`, Math.max(...values));
+};
 
 const server = await start_server();
 const browser = await chromium.launch({executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: flags});
 
-/// Milliseconds until the status line matches, counted in the page from the act on.
+/// In the page: next_picture() is the moment when the graphics processor has drawn the next picture that the view begins.
+function watch_pictures() {
+  const {prototype} = WebGL2RenderingContext, {fenceSync} = prototype;  // the view sets one fence a picture
+  const waiting = new Set();
+  globalThis.next_picture = () => new Promise(resolve => waiting.add(resolve));
+  globalThis.pictures = 0;
+  prototype.fenceSync = function(...args) {
+    ++globalThis.pictures;
+    const told = [...waiting], own = told.length && fenceSync.apply(this, args);
+    waiting.clear();
+    const poll = () => {
+      if (this.clientWaitSync(own, 0, 0) === this.TIMEOUT_EXPIRED) return void setTimeout(poll);
+      this.deleteSync(own);
+      for (const tell of told) tell(performance.now());
+    };
+    if (own) setTimeout(poll);
+    return fenceSync.apply(this, args);
+  };
+}
+
+/// Milliseconds from the act until what the status line tells of in the pattern's words is drawn.
 async function until(page, pattern, act) {
   const done = page.evaluate(source => new Promise(resolve => {
     const line = document.querySelector('footer [role=status]');
-    const watch = new MutationObserver(() => {
+    const watch = new MutationObserver(async () => {
       if (!new RegExp(source).test(line.textContent)) return;
       watch.disconnect();
-      requestAnimationFrame(() => resolve(performance.now() - globalThis.measured_from));
+      resolve(await globalThis.next_picture() - globalThis.measured_from);
     });
     watch.observe(line, {childList: true, characterData: true, subtree: true});
   }), pattern.source);
@@ -55,20 +79,49 @@ async function measure_opening() {
   await context.close();
 }
 
+const sliders = {P_in: 'P_in as distance', P_subs: 'P_subs as distance', cells: 'Cells', density: 'Density', smoothing: 'Smoothing iterations'};
+
+/// Each step of a slider waits for the picture of its preview, its release for that of the full model.
 async function measure_tuning(page, name) {
-  for (const [title, slider] of [['P_in', 'P_in as distance'], ['cells', 'Cells'], ['density', 'Density']]) {
+  for (const [title, label] of Object.entries(sliders)) {
+    const slider = page.getByRole('slider', {name: label, exact: true});
     const previews = [], fulls = [];
-    for (let k = 0; k < 5; ++k) {
-      const set = (event, by) => page.getByRole('slider', {name: slider, exact: true}).evaluate((input, [type, step]) => {
-        input.value = Number(input.value) + step * Number(input.step);
-        input.dispatchEvent(new Event(type, {bubbles: true}));
-      }, [event, by]);
-      previews.push(await until(page, /^Preview: [\d,]+ tets/, () => set('input', k % 2 ? -1 : 1)));
-      fulls.push(await until(page, /^[\d,]+ tets/, () => set('change', 0)));
+    for (let k = 0; k < 10; ++k) {
+      const send = (type, steps) => slider.evaluate((input, [event, by]) => {
+        input.value = Number(input.value) + by * Number(input.step);
+        globalThis.measured_from = performance.now();
+        input.dispatchEvent(new Event(event, {bubbles: true}));
+      }, [type, steps]);
+      previews.push(await until(page, /^Preview: [\d,]+ tets/, () => send('input', k % 2 ? -1 : 1)));
+      fulls.push(await until(page, /^[\d,]+ tets/, () => send('change', 0)));
     }
-    note(`${name}, ${title}: preview after a slider's move (median of 5)`, median(previews));
-    note(`${name}, ${title}: full result after its release (median of 5)`, median(fulls));
+    note_all(`${name}, ${title}: preview drawn after a slider's move`, previews);
+    note_all(`${name}, ${title}: full model drawn after its release`, fulls);
   }
+}
+
+/// The mouse draws a slider to and fro for two seconds: how long a picture of a preview stands.
+async function measure_drag(page, name) {
+  const slider = page.getByRole('slider', {name: sliders.P_in, exact: true});
+  await slider.scrollIntoViewIfNeeded();
+  const box = await slider.boundingBox();
+  await page.evaluate(() => {
+    const line = document.querySelector('footer [role=status]');
+    globalThis.shown_at = [];
+    new MutationObserver(async () => line.textContent.startsWith('Preview') && globalThis.shown_at.push(await globalThis.next_picture()))
+      .observe(line, {childList: true, characterData: true, subtree: true});
+  });
+  await page.mouse.move(box.x + 0.2 * box.width, box.y + box.height / 2);
+  await page.mouse.down();
+  const from = Date.now();
+  for (let t = 0; t < 2000; t = Date.now() - from) {
+    await page.mouse.move(box.x + box.width * (0.3 - 0.1 * Math.cos(t / 300)), box.y + box.height / 2);
+    await page.waitForTimeout(8);
+  }
+  const shown = await page.evaluate(() => globalThis.shown_at);
+  const full = await until(page, /^[\d,]+ tets/, () => page.mouse.up());
+  note_all(`${name}, P_in drawn by the mouse: from preview to preview`, shown.slice(1).map((at, k) => at - shown[k]));
+  note(`${name}, P_in drawn by the mouse: full model after its release`, full);
 }
 
 async function measure_large(page, name) {
@@ -89,21 +142,14 @@ async function measure_large(page, name) {
     "const s = document.querySelector('[aria-label=\"Clip position\"]'); s.value = 0.4 + 0.005 * (k % 40); s.dispatchEvent(new Event('input'))"));
 }
 
-/// Milliseconds a frame over two seconds of acting in each: the view sets one fence a picture that it draws.
+/// Milliseconds a picture over two seconds of acting in each of the browser's frames.
 const frame_time = (page, act) => page.evaluate(async source => {
-  const step = new Function('k', source), {prototype} = WebGL2RenderingContext, {fenceSync} = prototype;
-  let drawn = 0;
-  prototype.fenceSync = function(...args) {
-    ++drawn;
-    return fenceSync.apply(this, args);
-  };
-  const from = performance.now();
+  const step = new Function('k', source), before = globalThis.pictures, from = performance.now();
   for (let k = 0; performance.now() - from < 2000; ++k) {
     step(k);
     await new Promise(requestAnimationFrame);
   }
-  prototype.fenceSync = fenceSync;
-  return 2000 / drawn;
+  return (performance.now() - from) / (globalThis.pictures - before);
 }, act);
 
 /// Frames a second of a live simulation that reach the page, decoded by its own reader, over four seconds.
@@ -115,11 +161,11 @@ async function measure_stream(page) {
     const made = await fetch('/api/v1/simulations?state=playing&wait_ms=10000', {method: 'POST', headers,
       body: JSON.stringify({duration: null, gravity: [0, 0, 0], bodies: [body]})});
     const {id, frames} = await made.json();
-    const worker = new Worker('/wire/stream_worker.js', {type: 'module'});
-    const seen = [];
+    const worker = new Worker('stream_worker.js', {type: 'module'});
+    const seen = [], failed = new Promise((_, reject) => worker.addEventListener('error', ({message}) => reject(new Error(`the stream's worker: ${message}`))));
     worker.addEventListener('message', ({data: {line}}) => line?.type === 'frame' && seen.push([performance.now(), line]));
     worker.postMessage({task: 'follow', url: frames, headers, generation: 0});
-    while (!seen.length) await new Promise(resolve => setTimeout(resolve, 20));
+    while (!seen.length) await Promise.race([failed, new Promise(resolve => setTimeout(resolve, 20))]);
     const first = seen.length, from = performance.now();
     await new Promise(resolve => setTimeout(resolve, 4000));
     const counted = seen.slice(first).filter(([at]) => at <= from + 4000);
@@ -136,13 +182,15 @@ async function measure_stream(page) {
 
 try {
   await measure_opening();
-  const page = await open_page({browser, server});
+  const page = await open_page({browser, server, prepare: made => made.addInitScript(watch_pictures)});
   await measure_stream(page);
   await measure_tuning(page, 'tree');
+  await measure_drag(page, 'tree');
   for (const file of process.argv.slice(2)) {
     const name = basename(file);
     await until(page, /^[\d,]+ tets/, () => page.locator('input[type=file]').setInputFiles(file));
     await measure_tuning(page, name);
+    await measure_drag(page, name);
     await measure_large(page, name);
   }
 } finally {

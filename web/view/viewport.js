@@ -3,7 +3,7 @@ import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
 const fov = 32;
-const slow_frame = 70, settled = 250;  // milliseconds
+const slow_picture = 50, settled = 250, poll = 2;  // milliseconds
 
 /// three.js' layer of what is drawn only when the picture is sharp.
 export const fine_layer = 1;
@@ -102,34 +102,27 @@ export class Viewport extends EventTarget {
 
   invalidate() {
     if (!this.renderer) return;
-    this.asked ??= performance.now();
     this.pending ??= requestAnimationFrame(() => this.draw());
   }
 
-  /// Where frames come slowly while the picture moves, it is drawn coarser, and sharp again once it rests.
-  adapt() {
-    const now = performance.now(), before = this.last_draw ?? 0, took = now - before;
-    this.last_draw = now;
-    const moving = this.asked - before < settled;  // asked for soon after the last, however long it took to come
-    this.mean = moving ? 0.7 * (this.mean ?? 0) + 0.3 * took : 0;
-    this.asked = undefined;
-    if (this.mean > slow_frame && this.sharpness > 0.5) this.set_sharpness(0.7 * this.sharpness);
+  /// Where a sharp picture is known to take long, changes are shown coarse at once, and sharp once they rest.
+  coarsen() {
+    if (!(this.sharp_ms > slow_picture)) return;
+    this.set_sharpness(this.sharp_ms > 2 * slow_picture ? 0.5 : 0.7);
     this.rest_soon();
   }
 
   rest_soon() {
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
-      if (this.sharpness === 1) return;
-      if (this.pending || !this.last_is_drawn()) return this.rest_soon();
+      if (this.pending || this.fence) return this.rest_soon();
       this.set_sharpness(1);
-      this.draw();
-    }, settled);
+      this.draw(true);
+    }, Math.max(settled, 1.5 * this.sharp_ms));  // a sharp picture keeps the next change waiting
   }
 
   set_sharpness(sharpness) {
     this.sharpness = sharpness;
-    this.mean = 0;
     for (const camera of [this.perspective, this.orthographic]) camera.layers[sharpness < 1 ? 'disable' : 'enable'](fine_layer);
     const {width, height} = this.size, ratio = sharpness * Math.min(2, devicePixelRatio);
     // One new drawing buffer, which costs tens of milliseconds without a graphics processor.
@@ -138,27 +131,30 @@ export class Viewport extends EventTarget {
     this.renderer.setDrawingBufferSize(width, height, ratio);
   }
 
-  draw() {
+  /// sharp: however long it takes.
+  draw(sharp = false) {
     cancelAnimationFrame(this.pending);
     this.pending = null;
-    if (!this.last_is_drawn()) return this.invalidate();
-    this.adapt();
+    if (this.fence) return this.invalidate();  // pictures must not pile up before a slow graphics processor
+    if (!sharp) this.coarsen();
     this.place_cameras();
     this.marker?.quaternion.copy(this.camera.quaternion);
     this.renderer.render(this.scene, this.camera);
-    const gl = this.renderer.getContext();
-    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    gl.flush();
+    this.await_picture();
   }
 
-  /// Frames that a slow graphics processor has not drawn yet must not pile up before it.
-  last_is_drawn() {
-    if (!this.fence) return true;
-    const gl = this.renderer.getContext();
-    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return false;
-    gl.deleteSync(this.fence);
-    this.fence = null;
-    return true;
+  /// Learns when the picture is drawn, and how long a sharp one takes.
+  await_picture() {
+    const gl = this.renderer.getContext(), from = performance.now(), {sharpness} = this;
+    const fence = this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      if (gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED) return void setTimeout(look, poll);
+      gl.deleteSync(fence);
+      if (sharpness === 1) this.sharp_ms = performance.now() - from;
+      if (this.fence === fence) this.fence = null;
+    };
+    setTimeout(look);
   }
 
   place_cameras() {
@@ -192,18 +188,27 @@ export class Viewport extends EventTarget {
   screenshot() {
     this.fence = null;
     this.set_sharpness(1);
-    this.draw();
+    this.draw(true);
     return new Promise(resolve => this.canvas.toBlob(resolve, 'image/png'));
   }
 }
 
-/// Null where the browser has no WebGL 2: all but the picture works without.
+/// Null where the browser has no WebGL 2: all but the picture works without. Without a graphics processor smoothed edges
+/// cost more than all else.
 function make_renderer(canvas) {
-  const context = canvas.getContext('webgl2', {antialias: true, alpha: true, premultipliedAlpha: true});
+  const context = canvas.getContext('webgl2', {antialias: !drawn_by_software(), alpha: true, premultipliedAlpha: true});
   if (!context) return null;
   const renderer = new THREE.WebGLRenderer({canvas, context});
   renderer.outputColorSpace = THREE.LinearSRGBColorSpace;  // the materials encode by themselves
   return renderer;
+}
+
+function drawn_by_software() {
+  const trial = new OffscreenCanvas(1, 1).getContext('webgl2');
+  const name = trial?.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL;
+  const renderer = name ? trial.getParameter(name) : '';
+  trial?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i.test(renderer);
 }
 
 function make_marker(scene) {

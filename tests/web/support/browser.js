@@ -27,8 +27,8 @@ export function browser_tests(prepare = () => {}) {
 }
 
 /// The page on the sample tree, or on what the hash says, once its tets are there. page.complaints collects what the
-/// console said; a test ends with no_complaints(page).
-export async function open_page({browser, server}, {width = 1400, height = 860, hash = '', wait = true, ...context} = {}) {
+/// console said; a test ends with no_complaints(page). prepare(page) runs before it goes there.
+export async function open_page({browser, server, prepare = () => {}}, {width = 1400, height = 860, hash = '', wait = true, ...context} = {}) {
   const made = await browser.newContext({viewport: {width, height}, colorScheme: 'dark', ...context});
   const page = await made.newPage();
   page.complaints = [];
@@ -36,6 +36,7 @@ export async function open_page({browser, server}, {width = 1400, height = 860, 
     if (['error', 'warning'].includes(message.type()) && !of_this_driver(message.text())) page.complaints.push(message.text());
   });
   page.on('pageerror', error => page.complaints.push(error.stack));
+  await prepare(page);
   await page.goto(server.url + hash);
   if (wait) await tets_ready(page);
   return page;
