@@ -1,6 +1,7 @@
 #include "core/pipeline/advice.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -32,6 +33,14 @@ std::optional<double> wider_p_in(const Model& model) {
                                  1.25 * model.pseudo_volume->thresholds.p_in_voxels);
   const double p_in = std::ceil(2.0 * needed) / 2.0;
   return p_in <= 16.0 ? std::optional(p_in) : std::nullopt;
+}
+
+/// "along 2 edges", "at 1 vertex", or both.
+std::string contacts_in_words(const Lattice& lattice) {
+  std::vector<std::string> places;
+  if (lattice.edge_contacts > 0) places.push_back("along " + counted(lattice.edge_contacts, "edges"));
+  if (lattice.vertex_contacts > 0) places.push_back("at " + counted(lattice.vertex_contacts, "vertices"));
+  return fmt::format("{}", fmt::join(places, " and "));
 }
 
 MeshingOptions with_p_in(const MeshingOptions& options, double p_in_voxels) {
@@ -95,9 +104,8 @@ void add_warnings(Model& model) {
          "largest_only", 1.0);
   if (lattice.edge_contacts + lattice.vertex_contacts > 0 && lattice.contacts != Contacts::separate)
     warn(model,
-         fmt::format("cells touch only along {} and at {} and will swing like hinges: set contacts to "
-                     "fill or separate",
-                     counted(lattice.edge_contacts, "edges"), counted(lattice.vertex_contacts, "vertices")));
+         fmt::format("cells touch only {} and will swing like hinges: set contacts to fill or separate",
+                     contacts_in_words(lattice)));
   if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell) {
     const std::string text = fmt::format(
         "the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or fills a "

@@ -37,13 +37,13 @@ bool usable(const ScenePoint& point) {
 
 std::span<const SceneErrorField> scene_error_fields() {
   static constexpr std::array<SceneErrorField, 8> fields{{
-      {"trajectory_rms", "distance from the reference, rms (m)", &SceneErrors::trajectory_rms},
-      {"trajectory_max", "distance from the reference, largest (m)", &SceneErrors::trajectory_max},
-      {"max_cell_volume", "volume error of a cell, largest", &SceneErrors::max_cell_volume},
+      {"trajectory_rms", "trajectory error, rms (m)", &SceneErrors::trajectory_rms},
+      {"trajectory_max", "trajectory error, largest (m)", &SceneErrors::trajectory_max},
+      {"max_cell_volume", "largest cell volume error", &SceneErrors::max_cell_volume},
       {"total_volume", "total volume error", &SceneErrors::total_volume},
-      {"linear_momentum", "linear momentum against the reference", &SceneErrors::linear_momentum},
-      {"angular_momentum", "angular momentum against the reference", &SceneErrors::angular_momentum},
-      {"energy", "energy against the reference", &SceneErrors::energy},
+      {"linear_momentum", "linear momentum error", &SceneErrors::linear_momentum},
+      {"angular_momentum", "angular momentum error", &SceneErrors::angular_momentum},
+      {"energy", "energy error", &SceneErrors::energy},
       {"max_penetration", "penetration (m)", &SceneErrors::max_penetration},
   }};
   return fields;

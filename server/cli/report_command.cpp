@@ -82,7 +82,7 @@ void print_scene_report(const CliContext& context, const SceneReport& report, co
   for (const FittedOrder& order : fitted_orders(report))
     if (order.points > 2 && order.error == "trajectory_rms")
       context.note(fmt::format("order {:.2f} of {} in {}: {}, {} points", order.order, order.error,
-                               order.axis, series_name(order.series), order.points));
+                               order.axis, series_name(order), order.points));
   context.note("wrote " + (folder / "report.html").string());
 }
 

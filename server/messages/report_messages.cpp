@@ -234,6 +234,15 @@ std::string series_name(const SceneSettings& s) {
   return s.resolution == 1.0 ? name : name + fmt::format(" · ×{:g}", s.resolution);
 }
 
+std::string series_name(const FittedOrder& order) {
+  const SceneSettings& s = order.series;
+  std::string name = fmt::format("{} · {}", solver_name(s.solver), springs_name(s.springs));
+  if (order.axis != "tolerance") name += fmt::format(" · {:.0e}", s.tolerance);
+  if (order.axis != "h" && s.substeps > 0) name += fmt::format(" · {} substeps", s.substeps);
+  if (order.axis != "cell_size" && s.resolution != 1.0) name += fmt::format(" · ×{:g}", s.resolution);
+  return name;
+}
+
 VolumeSolver solver_named(const std::string& name) {
   return value_of(solver_names, name);
 }
@@ -257,7 +266,7 @@ std::string encode_scene_report(const SceneReport& report, std::optional<double>
   for (const FittedOrder& order : fitted_orders(report))
     json["orders"].push_back({{"error", order.error},
                               {"axis", order.axis},
-                              {"series", series_name(order.series)},
+                              {"series", series_name(order)},
                               {"order", number(order.order)},
                               {"points", order.points}});
   if (budget_ms) {

@@ -43,6 +43,8 @@ std::string_view springs_name(SpringIntegrator springs);
 std::string_view outcome_name(Outcome outcome);
 /// What the points of one curve share: they differ in the step only.
 std::string series_name(const SceneSettings& settings);
+/// What all points of a fitted order have in common.
+std::string series_name(const FittedOrder& order);
 /// Throw invalid_argument.
 VolumeSolver solver_named(const std::string& name);
 SpringIntegrator springs_named(const std::string& name);

@@ -1,7 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import {browser_tests, eventually, fact, no_complaints, status} from './support/browser.js';
-import {look} from './support/pixels.js';
+import {at_rest, look} from './support/pixels.js';
 
 let page;
 browser_tests(async suite => page = await suite.open({width: 1240, height: 760}));
@@ -43,6 +43,7 @@ test('the clip plane moves along any axis, keeps whole cells or cuts them', asyn
 });
 
 test('cells explode, wireframe shows edges, colours change', async () => {
+  await at_rest(page);
   const still = await look(page);
   await page.getByLabel('Explode').fill('0.4');
   await seen(s => s.sum !== still.sum && s.tets > 2000, 'exploded');
@@ -70,6 +71,20 @@ test('a range of the histogram isolates cells', async () => {
   await seen(s => s.tets > 0.95 * all.tets, 'all cells');
 });
 
+test('the legend of the voxels isolates those of a range', async () => {
+  for (const name of ['Tets', 'Surface', 'Voxels']) await press(name);
+  await page.getByLabel('Colour voxels by').selectOption('votes');
+  await page.locator('.color-panel h3', {hasText: /^Votes$/}).waitFor();
+  const all = await seen(s => s.tets > 3000, 'voxels');
+  await page.getByLabel('Lowest value shown').fill('25');
+  await page.getByLabel('Lowest value shown').press('Enter');
+  await seen(s => s.tets < 0.9 * all.tets, 'those with nearly all votes');
+  assert.match(await page.locator('.bin').last().getAttribute('aria-label'), /voxels$/);
+  await page.getByRole('button', {name: 'Show all'}).click();
+  await seen(s => s.tets > 0.95 * all.tets, 'all voxels');
+  for (const name of ['Tets', 'Surface', 'Voxels']) await press(name);
+});
+
 test('a picked cell shows its values, and P along the ray with both thresholds', async () => {
   const view = await page.locator('canvas.view').boundingBox();
   await page.mouse.click(view.x + view.width / 2 + 60, view.y + view.height / 2 - 60);
@@ -88,6 +103,7 @@ test('orbit, pan, zoom, axis views, orthographic and fit move the view', async (
   const view = await page.locator('canvas.view').boundingBox();
   const middle = [view.x + view.width / 2, view.y + view.height - 120];
   const changes = async (what, act) => {
+    await at_rest(page);
     const before_change = await look(page);
     await act();
     await seen(s => s.sum !== before_change.sum, what);

@@ -7,16 +7,16 @@ import {redraw, rove} from '../ui/roving.js';
 
 const bins = 24, width = 264, height = 64;
 
-/// Legend, histogram of what the tets are coloured by, and a range of it that isolates cells in the view.
+/// Legend, histogram of what the tets or voxels are coloured by, and a range of it that isolates them in the view.
 export function color_panel({store, looking}) {
   const title = h('h3');
   const plot = svg('svg', {class: 'histogram', viewBox: `0 0 ${width} ${height + 24}`, role: 'group', 'aria-label': 'Histogram'});
   const from = range_input('Lowest value shown'), to = range_input('Highest value shown');
-  const clear = button('Show all', () => store.set({'view.select': null}, 'show all cells'), {class: 'plain'});
+  const clear = button('Show all', () => store.set({'view.select': null}, 'show all'), {class: 'plain'});
   const brush = h('div', {class: 'brush'}, from, h('span', {}, '–'), to, clear);
   const keys = select_by_keys(store);
   const show = () => {
-    const {coloring} = looking;
+    const {legend: coloring} = looking;
     title.textContent = coloring.values ? `${coloring.title}${coloring.unit ? ` in ${coloring.unit}` : ''}` : 'Colour by something to see its distribution';
     plot.toggleAttribute('hidden', !coloring.values);
     brush.hidden = !coloring.values;
@@ -30,7 +30,7 @@ export function color_panel({store, looking}) {
       if (document.activeElement !== input) input.value = Number(value_at(scale, at).toPrecision(3));
   };
   const typed = () => {
-    const {scale} = looking.coloring;
+    const {scale} = looking.legend;
     const at = input => (exponent(scale, Number(input.value)) - scale.min) / (scale.max - scale.min);
     const [low, high] = [at(from), at(to)];
     if (low < high) store.set({'view.select': {from: low <= 0 ? -1 : low, to: high >= 1 ? 2 : high}}, 'select by value');
@@ -48,14 +48,14 @@ const value_at = (scale, at) => {
 };
 const exponent = (scale, value) => scale.logarithmic ? Math.log10(Math.max(value, 1e-30)) : value;
 
-function draw(plot, {values, scale, unit}, range, keys) {
+function draw(plot, {values, scale, unit, nouns}, range, keys) {
   const counts = histogram(values, scale, bins);
   const most = Math.max(1, ...counts);
   const step = width / bins;
   const bars = Array.from(counts, (n, k) => {
     const tall = n ? Math.max(2, height * Math.sqrt(n / most)) : 0;
     const inside = !range || ((k + 0.5) / bins >= range.from && (k + 0.5) / bins < range.to);
-    const words = `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${counted(n, 'tets')}`;
+    const words = `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${counted(n, nouns)}`;
     return svg('g', {class: 'bin', role: 'button', 'aria-label': words, 'aria-pressed': String(Boolean(range) && inside)}, svg('title', {}, words),
       svg('rect', {x: k * step, y: 0, width: step, height, fill: 'transparent'}),
       svg('rect', {x: k * step + 0.5, y: height - tall, width: step - 1, height: tall, rx: 1,

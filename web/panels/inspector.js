@@ -9,17 +9,24 @@ import {stability_panel} from './stability_panel.js';
 import {live_plots} from './live_plots.js';
 
 export function inspector(app) {
-  const live = panel('Simulation', live_plots(app));
+  const live = panel('Simulation', live_plots(app)), picked = panel('Picked', picked_panel(app));
   const root = h('aside', {class: 'inspector', 'aria-label': 'Inspector'},
     panel('Model', model_facts(app)),
     panel('Quality', color_panel(app)),
-    panel('Picked', picked_panel(app)),
+    picked,
     live,
     panel('Plan', plan_panel(app)),
     panel('Error against run time', report_panel(app)),
     panel('Stability', stability_panel(app)));
   app.simulation.addEventListener('bodies', () => app.simulation.continued || root.scrollTo({top: live.offsetTop - root.offsetTop}));
+  app.events.addEventListener('ray', () => reveal(root, picked));
   return root;
+}
+
+/// Scrolls the inspector, where it scrolls by itself, until all of the panel is seen.
+function reveal(root, {offsetTop, offsetHeight}) {
+  const top = offsetTop - root.offsetTop, below = top + offsetHeight - root.clientHeight;
+  root.scrollTo({top: Math.max(Math.min(root.scrollTop, top), below)});
 }
 
 export const panel = (title, ...content) =>

@@ -2,7 +2,7 @@ import {h, unique_id} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {milliseconds, number} from '../ui/format.js';
 import {redraw} from '../ui/roving.js';
-import {error_legend, error_plot} from '../report/error_plot.js';
+import {error_legend, error_plot, orders_list} from '../report/error_plot.js';
 import {Measuring, fit_budget, settings_changes} from '../work/measuring.js';
 
 /// Error against run time: measure, look, click a point to take its settings, or let a frame budget choose.
@@ -25,7 +25,8 @@ export function report_panel(app) {
       measuring.selected = index;
       draw();
     };
-    redraw(plot, () => plot.replaceChildren(error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), error_legend(report), orders(report, field.value)));
+    redraw(plot, () => plot.replaceChildren(...[error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), error_legend(report),
+      orders_list(report, field.value)].filter(Boolean)));
   };
   measuring.addEventListener('report', () => {
     const {report} = measuring;
@@ -51,10 +52,6 @@ export function progress_row(measuring) {
   });
   return row;
 }
-
-const orders = (report, field) => h('details', {class: 'quiet'}, h('summary', {}, 'Orders of convergence'),
-  h('ul', {}, report.orders.filter(({error, points}) => error === field && points > 2)
-    .map(({order, axis, series}) => h('li', {}, `${order.toFixed(2)} in ${axis}: ${series}`))));
 
 function budget_row(app, measuring, field) {
   const id = unique_id('budget');

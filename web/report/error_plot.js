@@ -53,6 +53,14 @@ export function error_plot(report, field, {width = 264, height = 240, time = 'ms
 }
 
 /// The colours and marks of an error plot's series, and of what else it shows.
+/// The orders of convergence of an error that rest on three points or more, as a list; null without any.
+export function orders_list({orders}, field) {
+  const fitted = orders.filter(({error, points}) => error === field && points > 2);
+  const rounded = order => (Math.round(100 * order) / 100).toFixed(2);
+  return fitted.length === 0 ? null : h('details', {open: fitted.length < 5, class: 'quiet'}, h('summary', {}, 'Orders of convergence'),
+    h('ul', {}, fitted.map(({order, axis, series, points}) => h('li', {}, `${rounded(order)} in ${axis.replace('_', ' ')}: ${series}, ${points} points`))));
+}
+
 export function error_legend(report) {
   const item = (name, style, ...sample) => h('li', {}, svg('svg', {viewBox: '0 0 26 12', class: `error-plot ${style}`, 'aria-hidden': 'true'}, sample), name);
   const line = style => svg('path', {d: 'M0 6h26', class: style});

@@ -1,6 +1,6 @@
 // Draws the report that stands in this document.
 import {h} from '../ui/dom.js';
-import {error_legend, error_plot, in_words} from './error_plot.js';
+import {error_legend, error_plot, in_words, orders_list} from './error_plot.js';
 import {stability_maps} from './stability_map.js';
 
 const report = JSON.parse(document.getElementById('report').textContent);
@@ -33,15 +33,9 @@ function draw_plots(time, pick) {
     if (report.points.every(point => !point.errors[name])) return h('figure', {}, caption, h('p', {}, 'Zero, or not defined, at every point.'));
     const words = h('p', {class: 'looked-at'}, 'Point at a mark for its settings; a click finds it in the table.');
     const on_look = index => words.textContent = in_words(report.points[index], name);
-    return h('figure', {}, caption, error_plot(report, name, {width: 400, height: 290, time, on_look, on_pick: pick}), words, orders_of(name));
+    return h('figure', {}, caption, error_plot(report, name, {width: 400, height: 290, time, on_look, on_pick: pick}), words, orders_list(report, name));
   });
   content.append(error_legend(report), h('div', {class: 'charts'}, plots));
-}
-
-function orders_of(field) {
-  const orders = report.orders.filter(({error, points}) => error === field && points > 2);
-  return orders.length > 0 && h('details', {open: orders.length < 5}, h('summary', {}, 'Orders of convergence'),
-    h('ul', {}, orders.map(({order, axis, series, points}) => h('li', {}, `${order.toFixed(2)} in ${axis}: ${series}, ${points} points`))));
 }
 
 const outcomes = {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};

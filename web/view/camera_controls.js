@@ -98,15 +98,19 @@ export class CameraControls {
     this.on_move(this.camera, done);
   }
 
-  /// Looks from a direction (kept when null) so that the sphere fills the view.
-  look(center, radius, direction, fov_deg, aspect) {
-    const {offset} = this.vectors();
-    const toward = direction ? new THREE.Vector3(...direction) : offset;
-    const half = fov_deg * Math.PI / 360;
-    const narrow = Math.atan(Math.tan(half) * Math.min(1, aspect));
-    const distance = radius / Math.sin(narrow);
-    const target = new THREE.Vector3(...center);
-    this.place(toward.normalize().multiplyScalar(distance).add(target), target, true);
+  /// Looks from a direction (kept when null) at the middle of a box, from where its corners just fit into the view.
+  look({min, max}, direction, fov_deg, aspect) {
+    const toward = (direction ? new THREE.Vector3(...direction) : this.vectors().offset).normalize();
+    const right = new THREE.Vector3(0, 1, 0).cross(toward).normalize(), up = toward.clone().cross(right);
+    const tangent = Math.tan(fov_deg * Math.PI / 360);
+    const half = max.clone().sub(min).divideScalar(2), target = min.clone().add(half);
+    let distance = 0;
+    for (let k = 0; k < 8; ++k) {
+      const corner = half.clone().multiply(new THREE.Vector3(...[0, 1, 2].map(axis => k >> axis & 1 ? 1 : -1)));
+      const aside = Math.max(Math.abs(corner.dot(right)) / aspect, Math.abs(corner.dot(up)));
+      distance = Math.max(distance, corner.dot(toward) + aside / tangent);
+    }
+    this.place(toward.multiplyScalar(distance).add(target), target, true);
   }
 }
 

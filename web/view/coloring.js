@@ -14,11 +14,11 @@ export const voxel_scales = {
   density: {title: 'Density of the cell', map: 'sequential', min: 0, max: 1},
 };
 
-/// {name, scale, values}: values a number a tet, null where there is nothing to colour by.
+/// {nouns, title, unit, scale, values}: values a number a tet, null where there is nothing to colour by.
 export function tet_coloring(name, {cells, voxels}, sim) {
   const scale = tet_scales[name];
   const values = scale.plain || !cells ? null : values_of(name, cells, voxels, sim);
-  return {name, title: scale.title, unit: scale.unit, scale: values ? scale : null, values};
+  return {nouns: 'tets', title: scale.title, unit: scale.unit, scale: values ? scale : null, values};
 }
 
 function values_of(name, cells, voxels, sim) {
@@ -40,8 +40,8 @@ function density_values(cells, {grid, density}) {
 
 export function voxel_coloring(name, voxels) {
   const scale = name === 'votes' ? {...voxel_scales.votes, min: Math.floor(voxels.rays / 2), max: voxels.rays} : voxel_scales[name];
-  if (scale.plain) return {values: null, scale: null};
-  return {scale, values: name === 'density' ? voxel_densities(voxels) : voxels[name]};
+  const values = scale.plain ? null : name === 'density' ? voxel_densities(voxels) : voxels[name];
+  return {nouns: 'voxels', title: scale.title, unit: '', scale: values ? scale : null, values};
 }
 
 function voxel_densities({grid, index, lattice}) {
@@ -60,13 +60,14 @@ export function along(scale, value) {
   return (at - scale.min) / (scale.max - scale.min);
 }
 
-/// A byte a cell: some tet of it lies in the range {from, to} of the scale (0 to 1); null when all are shown.
-export function make_selection(range, {values, scale}) {
+/// A byte for each `group` of values (the five tets of a cell, one voxel): some of them lie in the range {from, to} of the
+/// scale (0 to 1); null when all are shown.
+export function make_selection(range, {values, scale}, group) {
   if (!range || !values) return null;
-  const selected = new Uint8Array(Math.floor(values.length / 5));
-  for (let tet = 0; tet < values.length; ++tet) {
-    const at = Math.min(0.99999, Math.max(0, along(scale, values[tet])));
-    if (at >= range.from && at < range.to) selected[Math.floor(tet / 5)] = 1;
+  const selected = new Uint8Array(Math.floor(values.length / group));
+  for (let k = 0; k < values.length; ++k) {
+    const at = Math.min(0.99999, Math.max(0, along(scale, values[k])));
+    if (at >= range.from && at < range.to) selected[Math.floor(k / group)] = 1;
   }
   return selected;
 }

@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
-const fov = 32;
+const fov = 32, margin = 1.3;  // degrees; room around what fits, for the controls over the view
 const slow_picture = 50, settled = 250, poll = 2;  // milliseconds
 
 /// three.js' layer of what is drawn only when the picture is sharp.
@@ -57,15 +57,20 @@ export class Viewport extends EventTarget {
 
   /// direction: from the target to the eye; null keeps it. A fit that nobody asked for leaves no entry to undo.
   fit(direction = null, by_person = true) {
-    const center = this.bounds.getCenter(new THREE.Vector3()).toArray();
-    this.fly(center, 1.12 * this.radius(), direction, by_person);
-  }
-
-  fly(center, radius, direction = null, by_person = true) {
     const {on_move} = this.controls;
     if (!by_person) this.controls.on_move = () => this.invalidate();
-    this.controls.look(center, radius, direction, fov, this.aspect());
+    this.look_at(this.bounds.getCenter(new THREE.Vector3()), this.bounds.getSize(new THREE.Vector3()).multiplyScalar(margin), direction);
     this.controls.on_move = on_move;
+  }
+
+  /// Shows the ball around a point.
+  fly(center, radius) {
+    this.look_at(new THREE.Vector3(...center), new THREE.Vector3().setScalar(2 * radius), null);
+  }
+
+  look_at(center, size, direction) {
+    const box = new THREE.Box3().setFromCenterAndSize(center, size).expandByScalar(1e-6);
+    this.controls.look(box, direction, fov, this.aspect());
   }
 
   radius() {

@@ -1,6 +1,7 @@
 import {TriangleList, apply_scale, solid_material} from './shading.js';
-import {directions} from './voxel_faces.js';
+import {directions, voxel_faces} from './voxel_faces.js';
 import {plane_in} from './clip_plane.js';
+import {same} from '../state/store.js';
 
 // Corners of the face in each direction, anticlockwise from outside.
 const face_corners = directions.map((normal, d) => {
@@ -12,6 +13,8 @@ const face_corners = directions.map((normal, d) => {
   });
   return normal[axis] > 0 ? square : square.reverse();
 });
+
+const two_triangles = [0, 1, 2, 2, 3, 0];
 
 /// The pseudo volume's voxels, as the faces between inside and outside.
 export class VoxelLayer {
@@ -29,17 +32,15 @@ export class VoxelLayer {
   /// voxels: the document of /voxels with its faces (see data_worker.js).
   set_voxels(voxels) {
     this.voxels = voxels;
+    this.drawn = null;
   }
 
-  /// values: a number an inside voxel, with its scale.
-  update({plane, values, scale, edges_only}) {
+  /// values: a number a voxel, with its scale; selected: a byte a voxel, or null for all.
+  update({plane, values, scale, edges_only, selected}) {
     if (!this.voxels) return;
-    const local = plane ? plane_in(plane, this.viewport.model.matrix) : null;
-    const faces = this.visible_faces(local);
-    this.shown_voxels = Int32Array.from(faces, ([voxel]) => voxel);
-    this.list.reserve(2 * faces.length);
-    faces.forEach(([voxel, direction], k) => this.write_face(k, voxel, direction, values));
-    this.list.upload(2 * faces.length);
+    const wanted = {plane: plane && plane_in(plane, this.viewport.model.matrix), values, selected};
+    if (!this.drawn || Object.keys(wanted).some(key => key === 'plane' ? !same(wanted.plane, this.drawn.plane) : wanted[key] !== this.drawn[key]))
+      this.draw(wanted);
     const {material} = this.list.mesh;
     apply_scale(material, scale);
     material.uniforms.edges_only.value = edges_only;
@@ -47,44 +48,42 @@ export class VoxelLayer {
     this.viewport.invalidate();
   }
 
+  draw(wanted) {
+    const {plane, values, selected} = this.drawn = wanted;
+    const kept = this.kept_voxels(plane, selected);
+    const {face_voxel, face_direction} = kept ? voxel_faces(this.voxels, kept) : this.voxels;
+    this.shown_voxels = face_voxel;
+    this.list.reserve(2 * face_voxel.length);
+    this.write_faces(face_voxel, face_direction, values);
+    this.list.upload(2 * face_voxel.length);
+  }
+
   center(voxel) {
     const {origin, spacing, size: [nx, ny]} = this.voxels.grid;
     const at = this.voxels.index[voxel];
-    const coord = [at % nx, Math.floor(at / nx) % ny, Math.floor(at / (nx * ny))];
-    return coord.map((i, axis) => origin[axis] + (i + 0.5) * spacing);
+    return [origin[0] + (at % nx + 0.5) * spacing, origin[1] + (Math.floor(at / nx) % ny + 0.5) * spacing,
+      origin[2] + (Math.floor(at / (nx * ny)) + 0.5) * spacing];
   }
 
-  /// Faces of the boundary on the kept side, and those that the plane exposes.
-  visible_faces(plane) {
-    const {face_voxel, face_direction, index, inside, grid} = this.voxels;
-    const faces = [];
-    const depth = voxel => {
-      const c = this.center(voxel);
-      return plane[0] * c[0] + plane[1] * c[1] + plane[2] * c[2] - plane[3];
-    };
-    for (let k = 0; k < face_voxel.length; ++k)
-      if (!plane || depth(face_voxel[k]) <= 0) faces.push([face_voxel[k], face_direction[k]]);
-    if (!plane) return faces;
-    const {spacing, size: [nx, ny]} = grid;
-    const steps = [-1, 1, -nx, nx, -nx * ny, nx * ny];
-    for (let voxel = 0; voxel < index.length; ++voxel) {
-      const d = depth(voxel);
-      if (d > 0 || d < -2 * spacing) continue;
-      directions.forEach((n, side) => {
-        const beyond = d + spacing * (plane[0] * n[0] + plane[1] * n[1] + plane[2] * n[2]) > 0;
-        if (beyond && inside[index[voxel] + steps[side]]) faces.push([voxel, side]);
-      });
+  /// Those on the kept side of the plane that are selected; null for all.
+  kept_voxels(plane, selected) {
+    if (!plane) return selected;
+    const kept = new Uint8Array(this.voxels.index.length);
+    for (let voxel = 0; voxel < kept.length; ++voxel) {
+      if (selected && !selected[voxel]) continue;
+      const [x, y, z] = this.center(voxel);
+      if (plane[0] * x + plane[1] * y + plane[2] * z <= plane[3]) kept[voxel] = 1;
     }
-    return faces;
+    return kept;
   }
 
-  write_face(k, voxel, direction, values) {
-    const center = this.center(voxel), {spacing} = this.voxels.grid;
-    const corners = face_corners[direction];
-    [0, 1, 2, 2, 3, 0].forEach((corner, i) => {
-      for (let axis = 0; axis < 3; ++axis)
-        this.list.positions[18 * k + 3 * i + axis] = center[axis] + spacing * corners[corner][axis];
-    });
-    this.list.values.fill(values ? values[voxel] : 0, 6 * k, 6 * k + 6);
+  write_faces(face_voxel, face_direction, values) {
+    const {spacing} = this.voxels.grid, {positions} = this.list;
+    for (let k = 0, to = 0; k < face_voxel.length; ++k) {
+      const center = this.center(face_voxel[k]), corners = face_corners[face_direction[k]];
+      for (const corner of two_triangles)
+        for (let axis = 0; axis < 3; ++axis) positions[to++] = center[axis] + spacing * corners[corner][axis];
+      this.list.values.fill(values ? values[face_voxel[k]] : 0, 6 * k, 6 * k + 6);
+    }
   }
 }

@@ -29,7 +29,7 @@ const tasks = {
   async load_voxels({url, headers}) {
     const [voxels, buffers] = await load({url: `${url}/voxels?shell=false`, headers});
     const faces = voxel_faces(voxels);
-    const made = [faces.face_voxel.buffer, faces.face_direction.buffer, faces.inside.buffer];
+    const made = [faces.face_voxel.buffer, faces.face_direction.buffer];
     return [{...voxels, ...faces}, [...buffers, ...made]];
   },
 };

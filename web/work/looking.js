@@ -12,7 +12,7 @@ import {once_a_frame} from '../ui/dom.js';
 import {theme_color} from '../ui/theme.js';
 
 /// Brings the state's view, the model and the simulation onto the screen: which layers, where, in which colours.
-/// Events: coloring (the scale or its values changed).
+/// `legend` is the colouring that the inspector explains. Events: coloring (the legend or its selection changed).
 export class Looking extends EventTarget {
   constructor(app) {
     super();
@@ -93,6 +93,8 @@ export class Looking extends EventTarget {
     this.surface.show(layers.surface && Boolean(this.meshing.geometry));
     this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only, glass: view.surface_look === 'glass' && this.shows_inside(layers)});
     this.coloring = this.same_coloring(view) ?? tet_coloring(view.color_by, this.meshing, this.sim);
+    this.voxel_colors = this.voxel_coloring(view);
+    this.legend = layers.voxels && !layers.tets && this.voxel_colors?.values ? this.voxel_colors : this.coloring;
     this.update_tets(view, plane);
     this.update_voxels(view, plane);
     this.sim.show(layers.sim);
@@ -109,9 +111,16 @@ export class Looking extends EventTarget {
     return still ? this.coloring : null;
   }
 
+  voxel_coloring({voxel_color}) {
+    const {voxels} = this.meshing, of = this.voxel_colored;
+    if (of && of.voxel_color === voxel_color && of.voxels === voxels) return this.voxel_colors;
+    this.voxel_colored = {voxel_color, voxels};
+    return voxels && voxel_coloring(voxel_color, voxels);
+  }
+
   tell_coloring({select}) {
-    if (this.told?.coloring === this.coloring && this.told.select === JSON.stringify(select)) return;
-    this.told = {coloring: this.coloring, select: JSON.stringify(select)};
+    if (this.told?.legend === this.legend && this.told.select === JSON.stringify(select)) return;
+    this.told = {legend: this.legend, select: JSON.stringify(select)};
     this.dispatchEvent(new Event('coloring'));
   }
 
@@ -124,21 +133,22 @@ export class Looking extends EventTarget {
     const shown = view.layers.tets && Boolean(this.meshing.cells);
     this.tets.show(shown);
     if (!shown) return;
-    this.selected = this.selection(view.select);
-    this.tets.update({plane, cut: view.clip.mode === 'cut', explode: view.explode, selected: this.selected,
+    this.tets.update({plane, cut: view.clip.mode === 'cut', explode: view.explode, selected: this.selection(view.select, this.coloring, 5),
       values: this.coloring.values, scale: this.coloring.scale, edges_only: view.edges_only});
   }
 
-  selection(range) {
+  /// What the legend's range selects of its own kind; kept while neither changes.
+  selection(range, coloring, group) {
+    if (coloring !== this.legend) return null;
     const of = JSON.stringify(range);
-    if (this.selected_of?.range !== of || this.selected_of.coloring !== this.coloring)
-      this.selected_of = {range: of, coloring: this.coloring, selected: make_selection(range, this.coloring)};
+    if (this.selected_of?.range !== of || this.selected_of.coloring !== coloring)
+      this.selected_of = {range: of, coloring, selected: make_selection(range, coloring, group)};
     return this.selected_of.selected;
   }
 
   update_voxels(view, plane) {
     const shown = view.layers.voxels && Boolean(this.meshing.voxels);
     this.voxels.show(shown);
-    if (shown) this.voxels.update({plane, edges_only: view.edges_only, ...voxel_coloring(view.voxel_color, this.meshing.voxels)});
+    if (shown) this.voxels.update({plane, edges_only: view.edges_only, ...this.voxel_colors, selected: this.selection(view.select, this.voxel_colors, 1)});
   }
 }

@@ -10,6 +10,12 @@ export async function look(page) {
   return (await readers.get(browser)).evaluate(count_colors, png);
 }
 
+/// Waits until nothing is drawn coarse any more.
+export const at_rest = page => page.waitForFunction(() => {
+  const {width, clientWidth} = document.querySelector('canvas.view');
+  return width > clientWidth * devicePixelRatio - 2;
+});
+
 const readers = new WeakMap();  // a blank page a browser decodes the pictures
 
 async function count_colors(png) {
