@@ -18,6 +18,7 @@ void continue_body(SceneSoftBody& soft, const SceneSoftBody& before) {
     if (body.inverse_masses[i] == 0.0) body.velocities.set(i, Vec3::Zero());
   keep_start(body);
   soft.energy_ledger = before.energy_ledger;
+  soft.kick_due = before.kick_due;
   soft.inverted = before.inverted;
   soft.forces_valid = false;
 }

@@ -16,6 +16,12 @@ bool is_in_free_flight(const SceneSoftBody& soft) {
   return soft.attachments.empty() && (!soft.contacts || soft.contacts->empty());
 }
 
+/// Implicit Euler knows no forces at the end of a substep, so that gravity alone would move what pins and
+/// contacts hold: its second half kick then waits for the next substep. Positions are the same.
+bool is_held(const SceneSoftBody& soft) {
+  return soft.stepping == SpringIntegrator::implicit && (soft.body.has_pins || !is_in_free_flight(soft));
+}
+
 }  // namespace
 
 Stepper::Stepper(World& world) : world_(world) {
@@ -98,7 +104,7 @@ void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
 }
 
 void Stepper::move_freely(const Substep& step, SceneSoftBody& soft) {
-  kick(world_, soft, 0.5 * step.h);
+  kick(world_, soft, 0.5 * step.h + soft.kick_due);
   world_.phases.run(Phase::grab, [&] { follow_grab(step, soft); });
   world_.phases.run(stepping_phase(soft), [&] {
     if (soft.implicit)
@@ -139,7 +145,8 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   }
   if (soft.inverted) recover_inverted(step, soft);
   evaluate_forces(world_, soft);
-  kick(world_, soft, 0.5 * step.h);
+  soft.kick_due = is_held(soft) ? 0.5 * step.h : 0.0;
+  kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.recovered) hold_energy(world_, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;

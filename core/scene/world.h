@@ -28,6 +28,7 @@ struct SceneSoftBody {
   std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
   SpringIntegrator stepping = SpringIntegrator::symplectic;    ///< that of this substep
   double energy_ledger = 0.0;       ///< J; what a stiff and lively body may have, see Stepper::settle
+  double kick_due = 0.0;            ///< s of gravity that the last substep has left to this one
   bool finished = false;            ///< with this substep already
   bool forces_valid = false;        ///< body.forces are those of the present positions
   bool pressed_implicitly = false;  ///< its contacts were balanced within the implicit solve

@@ -24,7 +24,17 @@ extern "C" void interrupt(int signal) {
   }
 }
 
+bool on_terminal() {
+  return ::isatty(STDERR_FILENO) == 1;
+}
+
+/// A progress bar may stand there.
+void clear_line() {
+  if (on_terminal()) std::fputs("\r\033[K", stderr);
+}
+
 void print_line(const std::string& text) {
+  clear_line();
   std::fputs((text + "\n").c_str(), stderr);
 }
 
@@ -32,6 +42,13 @@ void print_line(const std::string& text) {
 
 void CliContext::print_json(const Json& document) const {
   std::fputs((to_text(document, 2) + "\n").c_str(), stdout);
+  std::fflush(stdout);
+}
+
+void CliContext::print(const std::string& line) const {
+  if (quiet || json) return;
+  clear_line();
+  std::fputs((line + "\n").c_str(), stdout);
   std::fflush(stdout);
 }
 
@@ -61,7 +78,7 @@ CLI::App* add_command(CLI::App& app, CliContext& context, const std::string& nam
 
 CommandProgress::CommandProgress(const CliContext& context)
     : quiet_(context.quiet),
-      terminal_(::isatty(STDERR_FILENO) == 1),
+      terminal_(on_terminal()),
       progress_([this](std::string_view phase, double fraction) { show(phase, fraction); }, &interrupted) {
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
@@ -69,7 +86,7 @@ CommandProgress::CommandProgress(const CliContext& context)
 }
 
 CommandProgress::~CommandProgress() {
-  if (terminal_ && !quiet_ && drawn_percent_ >= 0) std::fputs("\r\033[K", stderr);
+  if (!quiet_ && drawn_percent_ >= 0) clear_line();
 }
 
 void CommandProgress::show(std::string_view phase, double fraction) {

@@ -20,6 +20,7 @@ struct CliContext {
   std::function<void()> run;
 
   void print_json(const Json& document) const;
+  void print(const std::string& line) const;    ///< data for a person: unless quiet or --json
   void note(const std::string& line) const;     ///< unless quiet
   void detail(const std::string& line) const;   ///< with -v
   void warning(const std::string& line) const;  ///< unless quiet

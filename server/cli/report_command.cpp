@@ -70,19 +70,19 @@ void note_interruption(CliContext& context) {
 }
 
 void print_scene_report(const CliContext& context, const SceneReport& report, const fs::path& folder) {
-  context.note(fmt::format("{:<12} {:<16} {:>8} {:>9} {:>6} {:>10} {:>12} {:>12}  {}", "solver", "springs",
-                           "substeps", "tolerance", "res", "ms a step", "trajectory", "cell volume",
-                           "outcome"));
+  context.print(fmt::format("{:<12} {:<16} {:>8} {:>9} {:>6} {:>10} {:>12} {:>12}  {}", "solver", "springs",
+                            "substeps", "tolerance", "res", "ms a step", "trajectory", "cell volume",
+                            "outcome"));
   for (const ScenePoint& p : report.points)
-    context.note(fmt::format("{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10.3g} {:>12.2e} {:>12.2e}  {}{}",
-                             solver_name(p.settings.solver), springs_name(p.settings.springs), p.substeps,
-                             p.settings.tolerance, p.settings.resolution, p.ms_per_step.median,
-                             p.errors.trajectory_rms, p.errors.max_cell_volume, outcome_name(p.outcome),
-                             p.reason.empty() ? "" : ": " + p.reason));
+    context.print(fmt::format("{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10.3g} {:>12.2e} {:>12.2e}  {}{}",
+                              solver_name(p.settings.solver), springs_name(p.settings.springs), p.substeps,
+                              p.settings.tolerance, p.settings.resolution, p.ms_per_step.median,
+                              p.errors.trajectory_rms, p.errors.max_cell_volume, outcome_name(p.outcome),
+                              p.reason.empty() ? "" : ": " + p.reason));
   for (const FittedOrder& order : fitted_orders(report))
     if (order.points > 2 && order.error == "trajectory_rms")
-      context.note(fmt::format("order {:.2f} of {} in {}: {}, {} points", order.order, order.error,
-                               order.axis, series_name(order), order.points));
+      context.print(fmt::format("order {:.2f} of {} in {}: {}, {} points", order.order, order.error,
+                                order.axis, series_name(order), order.points));
   context.note("wrote " + (folder / "report.html").string());
 }
 
@@ -167,16 +167,16 @@ MeshingAxes meshing_axes(const MeshingAxes& asked, const MeshingOptions& base) {
 }
 
 void print_meshing_report(const CliContext& context, const MeshingReport& report, const fs::path& folder) {
-  context.note(fmt::format("{:>6} {:>5} {:>5} {:>8} {:>8} {:>8} {:>9} {:>10} {:>8}  {}", "voxels", "P_in",
-                           "cells", "smoothed", "tets", "ms", "volume", "distance", "dihedral", "outcome"));
+  context.print(fmt::format("{:>6} {:>5} {:>5} {:>8} {:>8} {:>8} {:>9} {:>10} {:>8}  {}", "voxels", "P_in",
+                            "cells", "smoothed", "tets", "ms", "volume", "distance", "dihedral", "outcome"));
   for (const MeshingPoint& p : report.points) {
     const MeshingOptions& o = p.options;
-    context.note(fmt::format("{:>6} {:>5.3g} {:>5} {:>8} {:>8} {:>8.3g} {:>9} {:>10.3g} {:>8.1f}  {}",
-                             o.voxels, o.pseudo_volume.p_in_voxels, o.lattice.cells, o.smoothing.iterations,
-                             p.tets, p.ms.median,
-                             p.volume_error ? fmt::format("{:+.2f} %", 100.0 * *p.volume_error) : "open",
-                             p.quality.boundary_to_input, p.quality.min_dihedral_deg,
-                             p.problem.empty() ? "converged" : "failed: " + p.problem));
+    context.print(fmt::format("{:>6} {:>5.3g} {:>5} {:>8} {:>8} {:>8.3g} {:>9} {:>10.3g} {:>8.1f}  {}",
+                              o.voxels, o.pseudo_volume.p_in_voxels, o.lattice.cells, o.smoothing.iterations,
+                              p.tets, p.ms.median,
+                              p.volume_error ? fmt::format("{:+.2f} %", 100.0 * *p.volume_error) : "open",
+                              p.quality.boundary_to_input, p.quality.min_dihedral_deg,
+                              p.problem.empty() ? "converged" : "failed: " + p.problem));
   }
   context.note("wrote " + (folder / "report.html").string());
 }

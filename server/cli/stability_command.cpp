@@ -25,17 +25,17 @@ std::string ratio(double value) {
 
 void run_suite(CliContext& context, const StabilityCommand& command) {
   constexpr const char* columns = "{:<4} {:<34} {:>5} {:>7} {:>5}  {}";
-  context.note("k in N/m, h in s. Largest relative volume error of a cell; largest energy, 1 at the start,");
-  context.note("against what motion, springs and gravity have given; inverted tets at the end.");
+  context.print("k in N/m, h in s. Largest relative volume error of a cell; largest energy, 1 at the start,");
+  context.print("against what motion, springs and gravity have given; inverted tets at the end.");
   std::string group;
   const auto print = [&](const StabilityResult& r) {
-    if (r.group != group) context.note(fmt::format(columns, "", "", "cell", "energy", "tets", ""));
+    if (r.group != group) context.print(fmt::format(columns, "", "", "cell", "energy", "tets", ""));
     if (r.group != group)
-      context.note(fmt::format(columns, "", r.group, "error", "ratio", "inv.", "outcome"));
+      context.print(fmt::format(columns, "", r.group, "error", "ratio", "inv.", "outcome"));
     group = r.group;
-    context.note(fmt::format(columns, r.passed ? "ok" : "FAIL", r.name,
-                             fmt::format("{:.0e}", r.max_cell_volume_error), ratio(r.energy_ratio),
-                             r.inverted, r.outcome));
+    context.print(fmt::format(columns, r.passed ? "ok" : "FAIL", r.name,
+                              fmt::format("{:.0e}", r.max_cell_volume_error), ratio(r.energy_ratio),
+                              r.inverted, r.outcome));
   };
   StabilityReport report;
   {
@@ -51,8 +51,8 @@ void run_suite(CliContext& context, const StabilityCommand& command) {
     context.exit_code = exit_interrupted;
   else if (failed > 0)
     context.exit_code = exit_quality;
-  context.note(fmt::format("{} of {} cases hold{}", report.results.size() - failed, report.results.size(),
-                           report.complete ? "" : "; interrupted before the end"));
+  context.print(fmt::format("{} of {} cases hold{}", report.results.size() - failed, report.results.size(),
+                            report.complete ? "" : "; interrupted before the end"));
 }
 
 }  // namespace
