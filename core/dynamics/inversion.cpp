@@ -15,6 +15,7 @@ namespace {
 constexpr int max_sweeps = 20;
 constexpr double least_volume = 0.05;         ///< of a tet, relative to rest
 constexpr double largest_displacement = 0.3;  ///< cells
+constexpr double largest_excess = 20.0;       ///< factor
 constexpr double least_alignment = 0.1;       ///< of the start's directions with the present ones
 constexpr double flat_gradient = 1e-6;        ///< ‖∇V‖ relative to V0^⅔, about that of rest
 constexpr double missing_axis = 1e-6;         ///< singular value relative to that of the rest pose
@@ -98,16 +99,48 @@ TetInequality::TetInequality(const SoftBody& body)
     for (const auto i : tets[t]) tets_of_[next[i]++] = static_cast<std::int32_t>(t);
 }
 
-bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, Coordinates& positions) {
+bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, int round,
+                         Coordinates& positions) {
   mobility_.begin(request);
   std::ranges::fill(pending_, 0);
   const std::vector<Tet>& tets = body.mesh->tets;
-  for (std::size_t t = 0; t < tets.size(); ++t)
-    if (current_tet_volume(tets[t], positions) < least_volumes_[t]) pending_[t / 64] |= 1ULL << t % 64;
+  double missing = 0.0;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    const double volume = current_tet_volume(tets[t], positions);
+    if (!(volume < least_volumes_[t])) continue;
+    pending_[t / 64] |= 1ULL << t % 64;
+    missing += 1.0 - volume / least_volumes_[t];
+  }
+  // The projection leaves a part r of what was missing: so 1/(1 − r) times the lift, and in the next substep
+  // half of what that needed beyond 1.
+  const double left = round > 0 ? missing / missing_ : 0.0;
+  if (round == 0)
+    excess_ = 0.5 * (1.0 + excess_);
+  else
+    excess_ = left < 1.0 ? std::min(excess_ / (1.0 - left), largest_excess) : 1.0;
+  missing_ = missing;
+  lifts_.clear();
   bool lifted = true;
   for (int s = 0; s < max_sweeps && lifted; ++s) lifted = sweep(body, request.start, positions);
+  if (request.start) exceed(body, *request.start, positions);
   mobility_.end();
   return !lifted;
+}
+
+void TetInequality::exceed(const SoftBody& body, const Coordinates& start, Coordinates& x) {
+  const VolumeElements tets(*body.mesh, true);
+  for (const Lift& lift : lifts_) {
+    const Tet& tet = body.mesh->tets[lift.tet];
+    const auto along = tets.gradient(lift.tet, start);
+    double longest = 0.0;
+    for (int k = 0; k < 4; ++k) longest = std::max(longest, mobility_.apply(tet[k], along[k]).norm());
+    const double mu =
+        std::min((excess_ - 1.0) * lift.multiplier, largest_displacement * body.cell_size / longest);
+    for (int k = 0; k < 4; ++k) {
+      x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
+      mobility_.record(tet[k], mu * along[k]);
+    }
+  }
 }
 
 // Gauss–Seidel over all tets, which passes by those whose particles have not moved since.
@@ -154,6 +187,7 @@ bool TetInequality::raise(const SoftBody& body, std::int64_t t, const Coordinate
     x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
     mobility_.record(tet[k], mu * along[k]);
   }
+  lifts_.push_back({static_cast<std::int32_t>(t), mu});
   mark_around(tet);
   return true;
 }
@@ -162,6 +196,7 @@ std::int64_t TetInequality::bytes() const {
   return mobility_.bytes() +
          static_cast<std::int64_t>(least_volumes_.capacity() * sizeof(double) +
                                    (tets_begin_.capacity() + tets_of_.capacity()) * sizeof(std::int32_t) +
+                                   lifts_.capacity() * sizeof(Lift) +
                                    pending_.capacity() * sizeof(std::uint64_t));
 }
 

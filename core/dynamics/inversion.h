@@ -14,20 +14,31 @@ class TetInequality {
   explicit TetInequality(const SoftBody& body);
 
   /// Up to 20 Gauss–Seidel sweeps, each displacement at most 0.3 cell. With start positions in the request
-  /// the directions are taken there, so that momentum is kept [as SHAKE]. True when no tet was left below.
-  bool lift(const SoftBody& body, const ProjectionRequest& request, Coordinates& positions);
+  /// the directions are taken there, so that momentum is kept [as SHAKE]. What the projection takes back
+  /// between rounds, the next round lifts in excess [Aitken]; round 0 begins anew. True when no tet was left
+  /// below.
+  bool lift(const SoftBody& body, const ProjectionRequest& request, int round, Coordinates& positions);
 
   std::int64_t bytes() const;
 
  private:
+  struct Lift {
+    std::int32_t tet = 0;
+    double multiplier = 0.0;
+  };
+
   bool sweep(const SoftBody& body, const Coordinates* start, Coordinates& positions);
   bool raise(const SoftBody& body, std::int64_t tet, const Coordinates* start, Coordinates& positions);
+  void exceed(const SoftBody& body, const Coordinates& start, Coordinates& positions);
   void mark_around(const Tet& tet);
 
   Mobility mobility_;
   std::vector<double> least_volumes_;               ///< 0.05·V_t0
   std::vector<std::int32_t> tets_begin_, tets_of_;  ///< the tets of a particle
   std::vector<std::uint64_t> pending_;              ///< a bit a tet: a particle of it has moved
+  std::vector<Lift> lifts_;                         ///< of the last round
+  double missing_ = 0.0;  ///< before it: volume over that of the bound, summed over the tets below
+  double excess_ = 1.0;   ///< factor of its lifts
 };
 
 /// Pulls cells whose ‖∇V‖ has fallen under 1e-6 of its rest value (flattened to a line or a point, where no

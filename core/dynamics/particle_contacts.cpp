@@ -116,6 +116,7 @@ ParticleContacts::ParticleContacts(const SoftBody& body)
   forces_.reserve(surface_particles);
   frictions_.reserve(surface_particles);
   memory_.reserve(surface_particles);
+  held_back_.reserve(surface_particles);
 }
 
 void ParticleContacts::begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies,
@@ -343,6 +344,21 @@ std::span<const DueWrench> ParticleContacts::bounce(SoftBody& body, double h) {
   return carriers_.bounce(body, gains_);
 }
 
+void ParticleContacts::hold_back(SoftBody& body, double seconds, const Vec3& gravity) {
+  held_back_.clear();
+  if (!carriers_.empty()) return;
+  for (const auto& [i, inverse_mass] : blocked_) {
+    Vec3 kick = seconds * gravity;
+    if (body.forces.size() > 0) kick += seconds * body.inverse_masses[i] * body.forces.at(i);
+    held_back_.push_back({i, kick - body.masses[i] * (inverse_mass * kick)});
+    body.velocities.add(i, -held_back_.back().velocity);
+  }
+}
+
+void ParticleContacts::give_back(SoftBody& body) const {
+  for (const HeldKick& held : held_back_) body.velocities.add(held.particle, held.velocity);
+}
+
 double ParticleContacts::work(const SoftBody& body) const {
   double sum = 0.0;
   for (const Contact& contact : particles_) {
@@ -359,6 +375,7 @@ std::int64_t ParticleContacts::bytes() const {
       3 * predicted_.size() * sizeof(double) + particles_.capacity() * sizeof(Contact) +
       blocked_.capacity() * sizeof(BlockedParticle) +
       (forces_.capacity() + frictions_.capacity()) * sizeof(Vec3) + memory_.capacity() * sizeof(Memory) +
+      held_back_.capacity() * sizeof(HeldKick) +
       (slot_.capacity() + memory_slot_.capacity()) * sizeof(std::int32_t));
 }
 

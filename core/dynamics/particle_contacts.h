@@ -69,6 +69,12 @@ class ParticleContacts {
   /// of begin() are due for it, kg m/s.
   std::span<const DueWrench> bounce(SoftBody& body, double h);
 
+  /// After the kick that ends a substep: takes back what of it goes against contacts, which answer to it only
+  /// in the next one, so that velocities are those of what is held. give_back() starts that next one with it,
+  /// and positions are the same. Not for bodies of begin(), whose momentum counts at the end of a substep.
+  void hold_back(SoftBody& body, double seconds, const Vec3& gravity);
+  void give_back(SoftBody& body) const;
+
   /// What moving surfaces have done on the particles in this substep: the reactions by the shifts of the
   /// surfaces, J.
   double work(const SoftBody& body) const;
@@ -83,6 +89,11 @@ class ParticleContacts {
     std::int32_t particle = 0;
     Vec3 friction = Vec3::Zero();  ///< N
     bool sticking = false;
+  };
+
+  struct HeldKick {
+    std::int32_t particle = 0;
+    Vec3 velocity = Vec3::Zero();
   };
 
   const Memory* recall(std::int32_t particle) const;
@@ -100,6 +111,7 @@ class ParticleContacts {
   std::vector<Memory> memory_;
   std::vector<std::int32_t> memory_slot_;
   std::vector<BounceGain> gains_;
+  std::vector<HeldKick> held_back_;
   double h_ = 0.0;
   bool with_body_ = false;
 };

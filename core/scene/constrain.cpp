@@ -139,7 +139,7 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
   if (soft.inverted && !began_inverted) ++step.stats.recoveries, soft.recovered = true;
   for (int round = 0; round < max_lift_rounds && soft.inverted && !began_inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
-      soft.tets->lift(soft.body, make_request(step.world, soft), soft.body.positions);
+      soft.tets->lift(soft.body, make_request(step.world, soft), round, soft.body.positions);
     });
     result = meet();
     find_inverted(step, soft);
@@ -159,7 +159,7 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft) {
   for (int round = 0; round < max_recovery_rounds && soft.inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       pull_flattened_cells(body, body.positions);
-      soft.tets->lift(body, request, body.positions);
+      soft.tets->lift(body, request, 0, body.positions);
     });
     project(step, soft, request);
     find_inverted(step, soft);

@@ -18,8 +18,10 @@ bool is_in_free_flight(const SceneSoftBody& soft) {
 
 /// Implicit Euler knows no forces at the end of a substep, so that gravity alone would move what pins and
 /// contacts hold: its second half kick then waits for the next substep. Positions are the same.
+/// Not where bodies with a mass hold it, whose momentum counts at the end of every substep.
 bool is_held(const SceneSoftBody& soft) {
-  return soft.stepping == SpringIntegrator::implicit && (soft.body.has_pins || !is_in_free_flight(soft));
+  return soft.stepping == SpringIntegrator::implicit &&
+         (soft.body.has_pins || (soft.pressed_implicitly && !soft.contacts->empty()));
 }
 
 }  // namespace
@@ -105,6 +107,7 @@ void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
 
 void Stepper::move_freely(const Substep& step, SceneSoftBody& soft) {
   kick(world_, soft, 0.5 * step.h + soft.kick_due);
+  if (soft.contacts) soft.contacts->give_back(soft.body);
   world_.phases.run(Phase::grab, [&] { follow_grab(step, soft); });
   world_.phases.run(stepping_phase(soft), [&] {
     if (soft.implicit)
@@ -119,8 +122,10 @@ void Stepper::move_freely(const Substep& step, SceneSoftBody& soft) {
 bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   if (soft.stepping != SpringIntegrator::energy_momentum) return false;
   if (is_in_free_flight(soft)) {
+    const double due = soft.kick_due;
     finish(step, soft);
     if (keep_ledger(world_, soft)) return true;
+    soft.kick_due = due;
   }
   restore_start(soft.body);
   soft.inverted = false;
@@ -147,6 +152,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   evaluate_forces(world_, soft);
   soft.kick_due = is_held(soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
+  if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
   if (soft.recovered) hold_energy(world_, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;

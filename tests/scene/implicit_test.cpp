@@ -73,6 +73,35 @@ INSTANTIATE_TEST_SUITE_P(Stiffness, ImplicitLanding,
                                       static_cast<int>(std::lround(std::log10(std::get<1>(param.param)))));
                          });
 
+/// On the ground or from a ceiling, hanging or lying still, it has no speed: no kick is left over at the end
+/// of a substep, g·h/2 = 0.08 m/s.
+TEST(Implicit, ABodyThatIsHeldIsAtRest) {
+  for (const bool pinned : {false, true}) {
+    Progress quiet;
+    Scene scene = stretched_cube(3, 1e6, 1.0 / 60.0, SpringIntegrator::implicit);
+    scene.gravity = Vec3(0.0, -9.81, 0.0);
+    std::get<DeformableBody>(scene.bodies[0].kind).start = StartState{};
+    scene.bodies[0].position = Vec3(0.0, 0.5, 0.0);
+    if (pinned) {
+      Pin pin;
+      pin.body = "cube";
+      pin.inside.min.y() = 0.9;
+      scene.pins.push_back(pin);
+    } else {
+      scene.bodies.resize(2);
+      scene.bodies[1].name = "ground";
+      RigidBody ground;
+      ground.is_static = true;
+      ground.shape = PlaneShape{};
+      scene.bodies[1].kind = ground;
+    }
+    const auto simulation = compile(scene, quiet);
+    Metrics m;
+    for (int frame = 0; frame < 90; ++frame) m = simulation->step(quiet).metrics;
+    EXPECT_LT(m.kinetic_energy, 1e-6 * 1000.0 * 9.81) << (pinned ? "pinned" : "on the ground");
+  }
+}
+
 class ImplicitStiffness : public ::testing::TestWithParam<double> {};
 
 /// Released stretched at constant volume: finite, the volume kept, energy never above the start's.
