@@ -9,12 +9,12 @@
 #include <optional>
 
 #include "core/common/counted.h"
+#include "core/pipeline/shortfall.h"
 #include "core/pipeline/stages.h"
 
 namespace isochor {
 namespace {
 
-constexpr double enough_coverage = 0.95;
 constexpr double open_pockets = 0.67;  ///< a far_majority above what the votes in a pocket reach
 
 void warn(Model& model, std::string text) {
@@ -52,17 +52,49 @@ MeshingOptions with_p_in(const MeshingOptions& options, double p_in_voxels) {
   return changed;
 }
 
-bool covers_input(const std::shared_ptr<const TriangleSoup>& soup, const MeshingOptions& options,
-                  Progress& progress) {
-  const auto model = PipelineStages(soup).run(options, progress);
-  return model->lattice->kept_count > 0 && model->quality.coverage >= enough_coverage;
+/// Tries settings on one soup, so that they share what they can.
+class Trials {
+ public:
+  Trials(const Model& model, Progress& progress) : stages_(model.soup), progress_(progress) {}
+
+  bool work(const MeshingOptions& options) {
+    const auto model = stages_.run(options, progress_);
+    return model->lattice->kept_count > 0 && !shortfall(*model);
+  }
+
+ private:
+  PipelineStages stages_;
+  Progress& progress_;
+};
+
+/// The first of a few larger p_in_voxels that works.
+std::optional<double> find_p_in(const Model& model, Trials& trials) {
+  for (auto p_in = wider_p_in(model); p_in && *p_in <= 16.0; p_in = std::ceil(3.0 * *p_in) / 2.0)
+    if (trials.work(with_p_in(model.options, *p_in))) return p_in;
+  return std::nullopt;
 }
 
-/// The first of a few larger p_in_voxels that was tried and gives a model that covers the input.
-std::optional<double> find_p_in(const Model& model, Progress& progress) {
-  for (auto p_in = wider_p_in(model); p_in && *p_in <= 16.0; p_in = std::ceil(3.0 * *p_in) / 2.0)
-    if (covers_input(model.soup, with_p_in(model.options, *p_in), progress)) return p_in;
+/// A density that keeps at least the fullest cells, where it works.
+std::optional<double> find_density(const Model& model, Trials& trials) {
+  MeshingOptions options = model.options;
+  options.lattice.density = std::floor(80.0 * *std::ranges::max_element(model.lattice->density)) / 100.0;
+  if (options.lattice.density < model.options.lattice.density && trials.work(options))
+    return options.lattice.density;
   return std::nullopt;
+}
+
+[[noreturn]] void throw_with_fix(const std::string& what, const std::string& parameter,
+                                 std::optional<double> at_least, std::optional<double> at_most) {
+  const double value = at_least ? *at_least : *at_most;
+  throw Error(ErrorCode::empty_result, what, fmt::format("try {} {}", parameter, value),
+              {{"/" + parameter, fmt::format("try {}", value), at_least, at_most}});
+}
+
+/// Where no setting that was tried works.
+std::string last_advice(const Model& model) {
+  if (model.input->closed) return wall_advice(model);
+  if (const auto fault = input_below_a_cell(model)) return fmt::format("{}: {}", fault->what, fault->hint);
+  return "try the preset thin or more cells";
 }
 
 }  // namespace
@@ -72,18 +104,16 @@ void throw_empty(const Model& model, Progress& progress) {
   const std::string what = no_voxel
                                ? "no voxel lies inside"
                                : "no lattice cell is filled enough to be kept, so there is no tetrahedron";
-  if (const auto p_in = find_p_in(model, progress))
-    throw Error(ErrorCode::empty_result, what, fmt::format("try p_in_voxels {}", *p_in),
-                {{"/p_in_voxels", fmt::format("try {}", *p_in), *p_in, std::nullopt}});
-  throw Error(ErrorCode::empty_result, what,
-              "try the preset thin, more cells, or a density below " +
-                  fmt::format("{:.2f}", *std::ranges::max_element(model.lattice->density)));
+  Trials trials(model, progress);
+  if (const auto p_in = find_p_in(model, trials)) throw_with_fix(what, "p_in_voxels", p_in, {});
+  if (const auto density = find_density(model, trials)) throw_with_fix(what, "density", {}, density);
+  throw Error(ErrorCode::empty_result, what, last_advice(model));
 }
 
 void add_warnings(Model& model) {
   const QualitySummary& quality = model.quality;
   const Lattice& lattice = *model.lattice;
-  if (quality.coverage < enough_coverage) {
+  if (quality.coverage < sufficient_coverage) {
     const std::string text =
         fmt::format("the model covers {:.1f} % of the input's area; the rest lies more than a cell away",
                     100.0 * quality.coverage);
@@ -118,8 +148,10 @@ void add_warnings(Model& model) {
       warn(model, text);
   }
   if (model.volume_error() > 0.1)
-    warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: use more cells",
-                            quality.volume, model.size.volume));
+    warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: {}", quality.volume,
+                            model.enclosed_volume(), wall_advice(model)));
+  else if (const auto fault = shortfall(model); fault && quality.coverage >= sufficient_coverage)
+    warn(model, fmt::format("the model is incomplete: {}: {}", fault->what, fault->hint));
 }
 
 }  // namespace isochor

@@ -54,8 +54,11 @@ struct Model {
   SoupSize size;
 
   const TetMesh& mesh() const { return smoothed->mesh; }
-  /// By what share the volume differs from that of a closed input, which is the signed one or, where shells
-  /// lie within shells or are turned inside out, that by parity; 0 for others.
+  /// Volume that a closed input encloses; 0 for others. Where shells lie within shells, overlap or are turned
+  /// inside out there are several ways to say it: signed, by parity, by winding. It is the one that comes
+  /// closest to the model's; the signed one when the model is empty.
+  double enclosed_volume() const;
+  /// By what share the model's volume differs from that; 0 where the input is not closed.
   double volume_error() const;
 };
 

@@ -1,5 +1,6 @@
 #include "core/pipeline/soup_size.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -14,6 +15,7 @@ constexpr double repeated = 1e-6;
 struct Crossing {
   std::int32_t column;
   float depth;
+  std::int8_t sense;  ///< of the triangle along the column, ±1
   auto operator<=>(const Crossing&) const = default;
 };
 
@@ -51,7 +53,8 @@ struct Columns {
         if (sum == 0.0 || std::min({wa / sum, wb / sum, wc / sum}) < 0.0) continue;
         found.push_back(
             {j * columns_a_side + i,
-             static_cast<float>((wa * a[axis] + wb * b[axis] + wc * c[axis]) / sum - origin[axis])});
+             static_cast<float>((wa * a[axis] + wb * b[axis] + wc * c[axis]) / sum - origin[axis]),
+             static_cast<std::int8_t>(sum > 0.0 ? 1 : -1)});
       }
   }
 };
@@ -72,6 +75,41 @@ double inside_length(const std::vector<Crossing>& crossings, double least) {
   return length;
 }
 
+/// Length where the senses of the crossings so far do not cancel out; what a column leaves open does not
+/// count.
+double wound_length(const std::vector<Crossing>& crossings) {
+  double length = 0.0;
+  int winding = 0;
+  for (std::size_t n = 0; n < crossings.size(); ++n) {
+    if (n == 0 || crossings[n - 1].column != crossings[n].column)
+      winding = 0;
+    else if (winding != 0)
+      length += crossings[n].depth - crossings[n - 1].depth;
+    winding += crossings[n].sense;
+  }
+  return length;
+}
+
+Vec3 principal_extents(const TriangleSoup& soup, const Vec3& middle) {
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  Vec3 sum = Vec3::Zero();
+  const auto for_corners = [&](auto&& visit) {
+    for (const Triangle& t : soup.triangles)
+      for (const std::int32_t corner : t) visit(Vec3(soup.positions[corner] - middle));
+  };
+  for_corners([&](const Vec3& x) { sum += x, moments += x * x.transpose(); });
+  moments -= sum * sum.transpose() / (3.0 * static_cast<double>(soup.triangles.size()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(moments);
+  Box box;
+  for_corners([&](const Vec3& x) { box.extend(axes.eigenvectors().transpose() * x); });
+  return box.size();
+}
+
+double median(std::array<double, 3> values) {
+  std::ranges::sort(values);
+  return values[1];
+}
+
 }  // namespace
 
 SoupSize soup_size(const TriangleSoup& soup) {
@@ -85,15 +123,16 @@ SoupSize soup_size(const TriangleSoup& soup) {
                            .norm();
   const double longest = size.box.size().maxCoeff(), width = longest / columns_a_side;
   if (!(width > 0.0)) return size;
-  std::array<double, 3> volumes{};
+  size.extents = principal_extents(soup, 0.5 * (size.box.min + size.box.max));
+  std::array<double, 3> by_parity{}, by_winding{};
   for (int axis = 0; axis < 3; ++axis) {
     const Columns columns{axis, size.box.min + width * Vec3(0.4142, 0.5321, 0.4679), width};
     std::vector<Crossing> crossings = columns.crossings(soup);
     std::ranges::sort(crossings);
-    volumes[axis] = width * width * inside_length(crossings, repeated * longest);
+    by_parity[axis] = width * width * inside_length(crossings, repeated * longest);
+    by_winding[axis] = width * width * wound_length(crossings);
   }
-  std::ranges::sort(volumes);
-  size.volume = volumes[1];
+  size.volume = median(by_parity), size.winding_volume = median(by_winding);
   return size;
 }
 

@@ -7,6 +7,7 @@
 #include "core/common/counted.h"
 #include "core/export/atomic_file.h"
 #include "core/export/export.h"
+#include "core/pipeline/shortfall.h"
 #include "core/report/meshing_report.h"
 #include "server/build_info.h"
 #include "server/cli/commands.h"
@@ -152,13 +153,12 @@ void run_mesh(CliContext& context, const MeshCommand& command) {
   }
   check_gates(*model, gates);
   print_result(context, command, input, *model, write_outputs(command, *model));
-  if (const std::string reason = shortfall(*model); !reason.empty()) {
-    std::fputs(
-        fmt::format("error: the model is incomplete: {}\n"
-                    "hint: try the preset thin or more cells; what was made is written, to be looked at\n",
-                    reason)
-            .c_str(),
-        stderr);
+  if (const auto fault = shortfall(*model)) {
+    std::fputs(fmt::format("error: the model is incomplete: {}\nhint: {}; what was made is written, to be "
+                           "looked at\n",
+                           fault->what, fault->hint)
+                   .c_str(),
+               stderr);
     context.exit_code = exit_empty;
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/export/export.h"
+#include "core/pipeline/shortfall.h"
 
 namespace isochor {
 namespace {
@@ -129,23 +130,6 @@ Json mesh_report_json(const MeshReport& report) {
           {"defects", std::move(defects)}};
 }
 
-/// A closed input that does not pass through itself says what the volume is.
-bool has_sensible_volume(const Model& model) {
-  const MeshReport& input = *model.input;
-  const auto overlaps = [](const Defect& defect) { return defect.name.starts_with("self_intersections"); };
-  if (!input.closed || std::ranges::any_of(input.defects, overlaps)) return true;
-  return model.volume_error() <= 0.25;
-}
-
-std::string shortfall(const Model& model) {
-  if (const double coverage = model.quality.coverage; coverage < sufficient_coverage)
-    return fmt::format("it covers only {:.1f} % of the input's area", 100.0 * coverage);
-  if (!has_sensible_volume(model))
-    return fmt::format("its volume is {:.4g}, but the closed input encloses {:.4g}", model.quality.volume,
-                       model.size.volume);
-  return {};
-}
-
 Json model_json(const Model& model) {
   const TetMesh& mesh = model.mesh();
   const QualitySummary& quality = model.quality;
@@ -157,7 +141,7 @@ Json model_json(const Model& model) {
           {"components", lattice.components},
           {"volume", quality.volume},
           {"coverage", quality.coverage},
-          {"complete", shortfall(model).empty()},
+          {"complete", !shortfall(model)},
           {"inverted", quality.inverted},
           {"min_dihedral_deg", quality.min_dihedral_deg},
           {"min_scaled_jacobian", quality.min_scaled_jacobian},

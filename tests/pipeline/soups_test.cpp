@@ -34,6 +34,10 @@ std::shared_ptr<const Model> run_with_advice(const TriangleSoup& soup, MeshingOp
       EXPECT_EQ(error.code(), ErrorCode::empty_result) << error.what();
       EXPECT_FALSE(error.hint().empty());
       if (error.details().empty()) return nullptr;
+      if (error.details()[0].pointer == "/density") {
+        options.lattice.density = error.details()[0].max.value();
+        continue;
+      }
       EXPECT_EQ(error.details()[0].pointer, "/p_in_voxels");
       options.pseudo_volume.p_in_voxels = error.details()[0].min.value();
     }

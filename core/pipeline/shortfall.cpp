@@ -1,0 +1,74 @@
+#include "core/pipeline/shortfall.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace isochor {
+namespace {
+
+constexpr double largest_volume_error = 0.25;
+constexpr int most_cells = 256;
+const char* const drop_strays = "drop stray parts that lie far away, or give the parts one by one";
+
+bool crosses_itself(const MeshReport& input) {
+  return std::ranges::any_of(
+      input.defects, [](const Defect& defect) { return defect.name.starts_with("self_intersections"); });
+}
+
+/// What a box around the input holds that is grown by two cells on all sides, but for its edges and corners.
+double most_volume(const Vec3& extents, double cell) {
+  const auto [a, b, c] = std::array{extents.x(), extents.y(), extents.z()};
+  return a * b * c + 2.0 * cell * 2.0 * (a * b + b * c + c * a);
+}
+
+int even(double at_least) {
+  return 2 * static_cast<int>(std::ceil(0.5 * std::min(at_least, 1e6)));
+}
+
+}  // namespace
+
+std::string wall_advice(const Model& model) {
+  const double longest = model.input->bounds.size().maxCoeff();
+  const double wall =
+      2.0 * model.enclosed_volume() / model.input->area;  // the distance of a plate's two sides
+  const int cells = even(2.0 * longest / wall);
+  if (!(wall > 0.0) || cells > most_cells)
+    return fmt::format(
+        "its walls are about {:.2g} thick and the finest cells {:.2g}: thicken the walls, or give its parts "
+        "one "
+        "by one",
+        wall, longest / most_cells);
+  return fmt::format("its walls are about {:.2g} thick, so try {} cells and {} voxels", wall, cells,
+                     2 * cells);
+}
+
+std::optional<Shortfall> shortfall(const Model& model) {
+  const QualitySummary& quality = model.quality;
+  const MeshReport& input = *model.input;
+  if (quality.coverage < sufficient_coverage)
+    return Shortfall{fmt::format("it covers only {:.1f} % of the input's area", 100.0 * quality.coverage),
+                     "try the preset thin or more cells"};
+  if (input.closed && !crosses_itself(input) && model.volume_error() > largest_volume_error)
+    return Shortfall{fmt::format("its volume is {:.4g}, but the closed input encloses {:.4g}", quality.volume,
+                                 model.enclosed_volume()),
+                     wall_advice(model)};
+  const double most = most_volume(model.size.extents, model.lattice->grid.spacing);
+  if (quality.volume > most)
+    return Shortfall{
+        fmt::format("its volume is {:.4g}, but the box of its input, two cells thicker, holds {:.4g}",
+                    quality.volume, most),
+        drop_strays};
+  return input_below_a_cell(model);
+}
+
+std::optional<Shortfall> input_below_a_cell(const Model& model) {
+  const double area = model.input->area, face = std::pow(model.lattice->grid.spacing, 2);
+  if (area >= face) return std::nullopt;
+  return Shortfall{fmt::format("its input has an area of {:.4g}, and the face of a cell {:.4g}", area, face),
+                   drop_strays};
+}
+
+}  // namespace isochor

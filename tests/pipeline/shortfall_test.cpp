@@ -1,0 +1,94 @@
+#include "core/pipeline/shortfall.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/common/error.h"
+#include "tests/support/shapes.h"
+
+namespace isochor {
+namespace {
+
+using testing::HasSubstr;
+
+MeshingOptions settings(int voxels, int cells, double p_in_voxels = 1.0) {
+  MeshingOptions options;
+  options.voxels = voxels;
+  options.lattice.cells = cells;
+  options.pseudo_volume.p_in_voxels = p_in_voxels;
+  options.pseudo_volume.p_subs_voxels = std::max(1.5, p_in_voxels);
+  return options;
+}
+
+std::shared_ptr<const Model> make(TriangleSoup soup, const MeshingOptions& options) {
+  Progress progress;
+  return AuthoringPipeline(std::make_shared<const TriangleSoup>(std::move(soup))).run(options, progress);
+}
+
+Error failure(TriangleSoup soup, const MeshingOptions& options) {
+  try {
+    make(std::move(soup), options);
+  } catch (const Error& error) {
+    return error;
+  }
+  return {ErrorCode::internal, "nothing was thrown"};
+}
+
+/// Two triangles that are tiny for the distance between them.
+TriangleSoup strays() {
+  TriangleSoup soup{{{0, 0, 0}, {1e-3, 0, 0}, {0, 1e-3, 0}}, {{0, 1, 2}}};
+  test::append(soup, {{{900, 900, 900}, {901e-3 + 900, 900, 900}, {900, 900.001, 900}}, {{0, 1, 2}}});
+  return soup;
+}
+
+TEST(Shortfall, ASolidAndASheetAreComplete) {
+  EXPECT_FALSE(shortfall(*make(test::sphere(0.5, 1.0, 32), settings(48, 12))));
+  EXPECT_FALSE(shortfall(*make(test::sheet(1.0), settings(48, 12, 4.0))));
+}
+
+TEST(Shortfall, ADoubleWallOfOneSenseIsSolidAndOneOfOppositeSensesHollow) {
+  const TriangleSoup outer = test::sphere(0.5, 1.0, 48);
+  TriangleSoup inner = test::sphere(0.499, 1.0, 48), solid = outer, hollow = outer;
+  test::append(solid, inner);
+  for (Triangle& t : inner.triangles) std::swap(t[0], t[1]);
+  test::append(hollow, inner);
+  EXPECT_FALSE(shortfall(*make(solid, settings(48, 12))));
+  const auto filled = make(hollow, settings(48, 12));
+  ASSERT_TRUE(shortfall(*filled));
+  EXPECT_THAT(shortfall(*filled)->what, HasSubstr("the closed input encloses 0.00"));
+  EXPECT_THAT(shortfall(*filled)->hint, HasSubstr("walls are about 0.00"));
+}
+
+TEST(Shortfall, CellsAroundStrayTrianglesAreNoModelOfThem) {
+  const auto blobs = make(strays(), settings(48, 12, 6.0));
+  EXPECT_GT(blobs->quality.coverage, 0.99);
+  ASSERT_TRUE(shortfall(*blobs));
+  EXPECT_THAT(shortfall(*blobs)->what, HasSubstr("the box of its input, two cells thicker, holds"));
+  EXPECT_THAT(blobs->warnings.back(), HasSubstr("the model is incomplete"));
+  // What was tried and gives no model is not advised.
+  const Error empty = failure(strays(), settings(48, 12));
+  EXPECT_EQ(empty.code(), ErrorCode::empty_result);
+  EXPECT_THAT(empty.hint(), HasSubstr("stray parts"));
+}
+
+TEST(Shortfall, ALooseCrownMayFillAllOfItsBox) {
+  TriangleSoup leaves = test::sphere(0.5, 1.0, 48);
+  for (std::size_t t = 0; t < leaves.triangles.size() / 12; ++t)
+    leaves.triangles[t] = leaves.triangles[12 * t];
+  leaves.triangles.resize(leaves.triangles.size() / 12);
+  const auto crown = make(leaves, settings(64, 16, 4.0));
+  EXPECT_GT(crown->quality.volume, 0.3);  // a twelfth of the sphere's surface closes it
+  EXPECT_FALSE(shortfall(*crown)) << shortfall(*crown)->what;
+}
+
+TEST(Shortfall, AClosedPlateLearnsHowManyCellsItsWallsNeed) {
+  const TriangleSoup plate = test::box({0, 0, 0}, {1, 1, 0.04});
+  const Error thin = failure(plate, settings(64, 12));
+  EXPECT_THAT(thin.hint(), HasSubstr("thick, so try 54 cells and 108 voxels"));
+  EXPECT_FALSE(shortfall(*make(plate, settings(108, 54))));
+  EXPECT_THAT(failure(test::box({0, 0, 0}, {1, 1, 0.001}), settings(64, 12)).hint(),
+              HasSubstr("thicken the walls"));
+}
+
+}  // namespace
+}  // namespace isochor
