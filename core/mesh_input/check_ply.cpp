@@ -193,7 +193,9 @@ class PlyCheck {
       if (element.name == "vertex" || element.name == "vertices")
         vertices(element);
       else if (element.name == "face" || element.name == "faces")
-        faces(element);
+        polygons(element, "faces", &PlyCheck::face);
+      else if (element.name == "tristrips")
+        polygons(element, "strips", &PlyCheck::strips);
       else if (!element.properties.empty())
         for (std::int64_t i = 0; i < element.count; ++i)
           for (const Property& property : element.properties) skip(property);
@@ -268,7 +270,7 @@ class PlyCheck {
     return value;
   }
 
-  void faces(const Element& element) {
+  void polygons(const Element& element, std::string_view what, void (PlyCheck::*add)(const Property&)) {
     if (mesh_.polygons > 0) source_.fail("a second list of faces");
     int indices = -1;
     const int columns = static_cast<int>(element.properties.size());
@@ -277,26 +279,47 @@ class PlyCheck {
       if (property.list_size && (property.name == "vertex_indices" || property.name == "vertex_index"))
         indices = i;
     }
-    if (element.count > 0 && indices < 0) source_.fail("the faces have no vertex_indices");
+    if (element.count > 0 && indices < 0) source_.fail(fmt::format("the {} have no vertex_indices", what));
     for (std::int64_t f = 0; f < element.count; ++f)
       for (int i = 0; i < columns; ++i)
-        i == indices ? face(element.properties[i]) : skip(element.properties[i]);
-    mesh_.polygons = element.count;
+        i == indices ? (this->*add)(element.properties[i]) : skip(element.properties[i]);
   }
 
   void face(const Property& property) {
     const auto corners = static_cast<std::uint32_t>(list_size(property));
     if (corners < 3) source_.fail("a face needs at least three corners");
     append(corners);
-    for (std::uint32_t i = 0; i < corners; ++i) {
-      const double index = source_.number(property.type);
-      if (!(index >= 0.0) || index > static_cast<double>(largest_vertex_count) || index != std::floor(index))
-        throw Error(ErrorCode::cannot_read,
-                    fmt::format("{}: {} is not a vertex index", source_.where(), index));
-      if (const auto whole = static_cast<std::int64_t>(index); whole > largest_index_)
-        largest_index_ = whole, largest_index_where_ = source_.where();
-      append(static_cast<std::uint32_t>(index));
+    for (std::uint32_t i = 0; i < corners; ++i) append(vertex_index(source_.number(property.type)));
+    ++mesh_.polygons;
+  }
+
+  /// −1 ends a strip and begins the next; every other triangle of a strip is turned round.
+  void strips(const Property& property) {
+    std::array<std::uint32_t, 2> last{};
+    std::int64_t in_strip = 0;
+    for (std::int64_t i = list_size(property); i > 0; --i) {
+      const double entry = source_.number(property.type);
+      if (entry == -1.0) {
+        in_strip = 0;
+        continue;
+      }
+      const std::uint32_t corner = vertex_index(entry);
+      if (++in_strip > 2) {
+        const std::int64_t odd = (in_strip - 3) % 2;
+        for (const std::uint32_t value : {3U, last[odd], last[1 - odd], corner}) append(value);
+        ++mesh_.polygons;
+      }
+      last = {last[1], corner};
     }
+  }
+
+  std::uint32_t vertex_index(double index) {
+    if (!(index >= 0.0) || index > static_cast<double>(largest_vertex_count) || index != std::floor(index))
+      throw Error(ErrorCode::cannot_read,
+                  fmt::format("{}: {} is not a vertex index", source_.where(), index));
+    if (const auto whole = static_cast<std::int64_t>(index); whole > largest_index_)
+      largest_index_ = whole, largest_index_where_ = source_.where();
+    return static_cast<std::uint32_t>(index);
   }
 
   void append(std::uint32_t value) { corners_.append(reinterpret_cast<const char*>(&value), sizeof value); }

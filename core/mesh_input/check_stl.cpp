@@ -24,6 +24,12 @@ std::size_t binary_size(std::uint32_t count) {
   return header_bytes + sizeof count + record_bytes * std::size_t{count};
 }
 
+/// Some exporters pad; a tail that could hold a triangle means that the count lies.
+bool sized_as_binary(std::span<const char> bytes) {
+  const std::size_t size = binary_size(binary_count(bytes));
+  return bytes.size() >= size && bytes.size() - size < record_bytes;
+}
+
 void check_record(std::span<const char> bytes, std::size_t begin) {
   for (std::size_t byte = begin + 12; byte < begin + 48; byte += sizeof(float)) {
     float coordinate = 0.0F;
@@ -37,7 +43,7 @@ void check_record(std::span<const char> bytes, std::size_t begin) {
 
 CheckedMesh check_binary(std::span<const char> bytes) {
   const std::uint32_t count = binary_count(bytes);
-  if (bytes.size() != binary_size(count))
+  if (!sized_as_binary(bytes))
     throw Error(
         ErrorCode::cannot_read,
         fmt::format("byte {}: the header claims {} triangles, which take {} bytes, but the file has {}",
@@ -45,7 +51,7 @@ CheckedMesh check_binary(std::span<const char> bytes) {
         bytes.size() < binary_size(count) ? "the file is truncated: export it again"
                                           : "export the file again");
   for (std::size_t i = 0; i < count; ++i) check_record(bytes, binary_size(0) + record_bytes * i);
-  CheckedMesh mesh{std::string(bytes.data(), bytes.size()), 3 * std::int64_t{count}, count};
+  CheckedMesh mesh{std::string(bytes.data(), binary_size(count)), 3 * std::int64_t{count}, count};
   // A binary header may say "solid" too; blank, it cannot be taken for text.
   mesh.plain.replace(0, header_bytes, header_bytes, '\0');
   return mesh;
@@ -125,9 +131,7 @@ bool starts_with_solid(std::span<const char> bytes) {
 
 CheckedMesh check_stl(std::span<const char> bytes) {
   // The word "solid" starts many binary files as well, so the size decides first.
-  const bool sized_as_binary =
-      bytes.size() >= binary_size(0) && bytes.size() == binary_size(binary_count(bytes));
-  if (!sized_as_binary && starts_with_solid(bytes)) return AsciiStlCheck(bytes).run();
+  if (!sized_as_binary(bytes) && starts_with_solid(bytes)) return AsciiStlCheck(bytes).run();
   if (bytes.size() < binary_size(0))
     throw Error(ErrorCode::cannot_read,
                 fmt::format("byte {}: this is no STL file, or cut short", bytes.size()),

@@ -67,8 +67,11 @@ TriangleSoup read_as(std::span<const char> bytes, MeshFormat format, Progress& p
 
 std::string read_bytes(const std::filesystem::path& path) {
   std::error_code failure;
-  if (!std::filesystem::is_regular_file(path, failure))
+  if (!std::filesystem::exists(path, failure))
     throw Error(ErrorCode::cannot_read, fmt::format("{}: no such file", path.string()), "check the path");
+  if (!std::filesystem::is_regular_file(path, failure))
+    throw Error(ErrorCode::cannot_read, fmt::format("{}: this is no file", path.string()),
+                "name a mesh file, or give - and pipe one in");
   std::string bytes(std::filesystem::file_size(path), '\0');
   std::ifstream in(path, std::ios::binary);
   if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))

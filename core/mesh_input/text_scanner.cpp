@@ -48,9 +48,16 @@ bool parse_integer(std::string_view token, std::int64_t& value) {
   return error == std::errc{} && stop == end;
 }
 
+TextScanner::TextScanner(std::span<const char> bytes)
+    : begin_(bytes.data()), rest_(bytes.data(), bytes.size()) {
+  if (constexpr std::string_view byte_order_mark = "\xef\xbb\xbf"; rest_.starts_with(byte_order_mark))
+    rest_.remove_prefix(byte_order_mark.size());
+  line_end_ = rest_.find('\n') == std::string_view::npos ? '\r' : '\n';
+}
+
 bool TextScanner::next_line() {
   if (rest_.empty()) return false;
-  const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+  const std::size_t end = std::min(rest_.find(line_end_), rest_.size());
   line_ = rest_.substr(0, end);
   rest_.remove_prefix(std::min(end + 1, rest_.size()));
   ++line_number_;

@@ -14,11 +14,11 @@ inline constexpr double largest_coordinate = 1e30;
 bool parse_number(std::string_view token, double& value);
 bool parse_integer(std::string_view token, std::int64_t& value);
 
-/// Walks text bytes line by line and token by token, and names the line in every complaint.
+/// Walks text bytes line by line and token by token, and names the line in every complaint. Lines end with a
+/// line feed or, where the text has none, with carriage returns; a UTF-8 byte order mark is passed over.
 class TextScanner {
  public:
-  explicit TextScanner(std::span<const char> bytes)
-      : begin_(bytes.data()), rest_(bytes.data(), bytes.size()) {}
+  explicit TextScanner(std::span<const char> bytes);
 
   bool next_line();
   /// Next word of the current line, empty at its end.
@@ -43,6 +43,7 @@ class TextScanner {
   const char* begin_;
   std::string_view rest_, line_;
   std::int64_t line_number_ = 0;
+  char line_end_;
 };
 
 }  // namespace isochor

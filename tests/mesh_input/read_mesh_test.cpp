@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
@@ -120,6 +121,27 @@ TEST(ReadMesh, ReadsAsciiStlInCapitals) {
       "ENDSOLID\n",
       MeshFormat::stl);
   EXPECT_EQ(soup.triangles.size(), 1u);
+}
+
+TEST(ReadMesh, PassesOverTheTailOfABinaryStl) {
+  expect_tet(read(tet_stl_binary() + "padding", MeshFormat::stl));
+  EXPECT_THROW(read(tet_stl_binary() + std::string(50, ' '), MeshFormat::stl), Error);
+}
+
+TEST(ReadMesh, ReadsTriangleStripsOfPly) {
+  // The last strip is too short for a triangle.
+  expect_tet(
+      read("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+           "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+           "0 0 0\n1 0 0\n0 1 0\n0 0 1\n14 0 2 1 3 -1 0 1 3 -1 0 3 2 -1 1\n",
+           MeshFormat::ply));
+}
+
+TEST(ReadMesh, ReadsTextWithAByteOrderMarkOrWithCarriageReturnsAlone) {
+  expect_tet(read("\xef\xbb\xbf" + std::string(tet_obj), MeshFormat::obj));
+  std::string old_mac = tet_obj;
+  std::ranges::replace(old_mac, '\n', '\r');
+  expect_tet(read(old_mac, MeshFormat::obj));
 }
 
 TEST(ReadMesh, NamesTheFormatOfAFileUnderAnothersName) {
