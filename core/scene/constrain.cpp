@@ -11,7 +11,7 @@ namespace {
 /// What friction still lacks then, the next substep starts from.
 constexpr int max_contact_rounds = 14;
 constexpr int release_rounds = 4;
-/// Largest cell error of the first round: forces are known to a few per cent then, enough to judge by.
+/// Largest cell error while the set changes: forces are known to a few per cent then, enough to judge by.
 constexpr double rough_tolerance = 1e-3;
 /// Distance from its anchor that a substep leaves an attached particle, in cells.
 constexpr double attachment_slop = 1e-7;
@@ -79,7 +79,7 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
     });
     if (!changed && !rough) break;
     ProjectionRequest request = make_request(step.world, soft);
-    rough = round == 0 && !contacts.empty() && !soft.pressed_implicitly;
+    rough = changed && round + 1 < max_contact_rounds && !contacts.empty() && !soft.pressed_implicitly;
     if (rough) request.tolerance = std::max(request.tolerance, rough_tolerance);
     // Last, with the rigid bodies where they are: nothing is left inside them.
     if (round + 1 < max_contact_rounds) request.carriers = contacts.carriers();
