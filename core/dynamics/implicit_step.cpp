@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/common/wide.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -52,6 +53,7 @@ ImplicitStep::ImplicitStep(const SoftBody& body)
       right_side_(body.size(), body.mesh->cells.size()),
       step_(body.size(), body.mesh->cells.size()),
       multipliers_(body.mesh->cells.size()) {
+  throw_if_scope_cancelled();
   reactions_.reserve(body.surface_particles.size());
   targets_.reserve(body.surface_particles.size());
 }

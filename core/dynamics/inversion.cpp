@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/dynamics/volume_elements.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -88,11 +89,13 @@ TetInequality::TetInequality(const SoftBody& body)
       tets_begin_(body.size() + 1, 0),
       tets_of_(4 * body.mesh->tets.size()),
       pending_((body.mesh->tets.size() + 63) / 64) {
+  throw_if_scope_cancelled();
   const std::vector<Tet>& tets = body.mesh->tets;
   for (const Tet& t : tets) {
     least_volumes_.push_back(least_volume * rest_tet_volume(body, t));
     for (const auto i : t) ++tets_begin_[i + 1];
   }
+  throw_if_scope_cancelled();
   std::partial_sum(tets_begin_.begin(), tets_begin_.end(), tets_begin_.begin());
   std::vector<std::int32_t> next(tets_begin_.begin(), tets_begin_.end() - 1);
   for (std::size_t t = 0; t < tets.size(); ++t)

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/common/wide.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -128,11 +129,14 @@ SaddleSolver::SaddleSolver(const SoftBody& body)
       residual_(body.size(), rows_.size()),
       rigid_(body.size()),
       divergence_(rows_.size()) {
+  throw_if_scope_cancelled();
   for (auto& entries : inverse_blocks_) entries.resize(body.size());
   constexpr std::size_t basis_bytes = std::size_t{256} << 20;
   const std::size_t vector_bytes = sizeof(double) * (3 * body.size() + rows_.size());
   cycle_ = static_cast<int>(std::clamp<std::size_t>(basis_bytes / (2 * vector_bytes), 8, longest_cycle));
+  throw_if_scope_cancelled();
   basis_.assign(cycle_ + 1, SaddleVector(body.size(), rows_.size()));
+  throw_if_scope_cancelled();
   preconditioned_.assign(cycle_, basis_[0]);
   hessenberg_.resize(cycle_ + 1, cycle_);
   for (auto* values : {&projected_, &cosines_, &sines_, &coefficients_}) values->resize(cycle_ + 1);

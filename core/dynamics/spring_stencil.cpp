@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor {
 namespace {
 
@@ -37,7 +39,9 @@ class FamilyBuilder {
       : mesh_(mesh), rest_(rest), layers_(layers_per_chunk(mesh)), runs_(chunks) {}
 
   void add(std::vector<Spring> springs) {
+    throw_if_scope_cancelled();
     std::ranges::sort(springs);
+    throw_if_scope_cancelled();
     for (std::size_t s = 0; s < springs.size();) {
       std::size_t same = s + 1;
       while (same < springs.size() && springs[same] == springs[s]) ++same;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/common/wide.h"
+#include "core/parallel/cancel_scope.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -93,7 +94,10 @@ void for_each_chunk(const SpringFamily& family, Work&& work) {
 }  // namespace
 
 void SpringTangent::Family::resize(std::size_t size) {
-  for (auto* array : {&isotropic, &wx, &wy, &wz}) array->resize(size);
+  for (auto* array : {&isotropic, &wx, &wy, &wz}) {
+    throw_if_scope_cancelled();
+    array->resize(size);
+  }
 }
 
 SpringTangent::SpringTangent(const SpringStencil& stencil) {

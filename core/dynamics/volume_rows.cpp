@@ -4,6 +4,7 @@
 
 #include "core/common/wide.h"
 #include "core/dynamics/cell_volume.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -74,7 +75,10 @@ VolumeRows::VolumeRows(const TetMesh& mesh) : volumes_(mesh.cells.size()) {
       runs_.push_back({static_cast<std::int32_t>(c), 0, mesh.cells[c].corners});
     ++runs_.back().count;
   }
-  for (auto& values : entries_) values.resize(mesh.cells.size());
+  for (auto& values : entries_) {
+    throw_if_scope_cancelled();
+    values.resize(mesh.cells.size());
+  }
 }
 
 void VolumeRows::linearize(const TetMesh& mesh, const Coordinates& positions) {

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor {
 namespace {
 
@@ -49,6 +51,7 @@ class ThreadPool {
     chunks_.store(chunks, std::memory_order_relaxed);
     function_.store(function, std::memory_order_relaxed);
     context_.store(context, std::memory_order_relaxed);
+    progress_.store(CancelScope::progress(), std::memory_order_relaxed);
     done_.store(0, std::memory_order_relaxed);
     failed_.store(false, std::memory_order_relaxed);
     const std::uint64_t number = (region() + 1) & most_chunks;
@@ -88,8 +91,10 @@ class ThreadPool {
                          grain = grain_.load(std::memory_order_relaxed);
       const detail::ChunkFunction function = function_.load(std::memory_order_relaxed);
       void* const context = context_.load(std::memory_order_relaxed);
+      const Progress* const progress = progress_.load(std::memory_order_relaxed);
       if (!ticket_.compare_exchange_weak(ticket, ticket - 1, std::memory_order_acq_rel)) continue;
       try {
+        if (progress) progress->throw_if_cancelled();
         if (!failed_.load(std::memory_order_relaxed))
           function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
       } catch (...) {
@@ -131,6 +136,7 @@ class ThreadPool {
   std::atomic<std::int64_t> count_{0}, grain_{1}, chunks_{0};
   std::atomic<detail::ChunkFunction> function_{nullptr};
   std::atomic<void*> context_{nullptr};
+  std::atomic<const Progress*> progress_{nullptr};  ///< of the caller's scope
 };
 
 /// One region at a time owns the workers; a region that finds them taken runs on its own thread.
@@ -164,8 +170,10 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
                      inside_parallel_region || thread_count() == 1;
   std::unique_lock lock(pool_mutex, std::defer_lock);
   if (alone || !lock.try_lock()) {
-    for (std::int64_t chunk = 0; chunk < chunks; ++chunk)
+    for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
+      throw_if_scope_cancelled();
       function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
+    }
     return;
   }
   if (pool().size() != thread_count()) pool().resize(thread_count());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel/cancel_scope.h"
 #include "core/pipeline/advice.h"
 #include "core/pipeline/stages.h"
 
@@ -36,6 +37,7 @@ AuthoringPipeline::AuthoringPipeline(AuthoringPipeline&&) noexcept = default;
 AuthoringPipeline& AuthoringPipeline::operator=(AuthoringPipeline&&) noexcept = default;
 
 std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& options, Progress& progress) {
+  const CancelScope scope(progress);
   check_budget(stages_->size(), options, memory_budget());
   std::shared_ptr<Model> model = stages_->run(options, progress);
   if (model->lattice->kept_count == 0) throw_empty(*model, progress);

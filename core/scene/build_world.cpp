@@ -8,6 +8,7 @@
 
 #include "core/collision/mesh_shape.h"
 #include "core/mesh_input/read_mesh.h"
+#include "core/parallel/cancel_scope.h"
 #include "core/scene/start_state.h"
 
 namespace isochor {
@@ -34,6 +35,7 @@ class SoftBodyBuilder {
   SceneSoftBody build() {
     std::visit([&](const auto& shape) { take_shape(shape); }, deformable_.shape);
     SoftBody& body = soft_.body;
+    throw_if_scope_cancelled();
     place_at_rest();
     body.masses = particle_masses(*body.mesh, body.rest_volumes, densities(), deformable_.masses);
     body.total_mass = std::accumulate(body.masses.begin(), body.masses.end(), 0.0);
@@ -45,9 +47,12 @@ class SoftBodyBuilder {
         deformable_.damping};
     body.friction = source_.friction;
     body.restitution = source_.restitution;
+    throw_if_scope_cancelled();
     find_surface();
+    throw_if_scope_cancelled();
     body.positions = start_positions(body, deformable_.start);
     body.velocities = start_velocities(body, source_.velocity, source_.angular_velocity);
+    throw_if_scope_cancelled();
     body.start_positions = body.positions;
     body.start_velocities = body.velocities;
     return std::move(soft_);
@@ -245,7 +250,9 @@ World build_world(const Scene& scene, Progress& progress) {
   for (const Joint& joint : scene.joints) add_joint(world, joint);
   for (SceneSoftBody& soft : world.soft) {
     build_springs(soft);
+    throw_if_scope_cancelled();
     build_projector(soft, scene.solver);
+    throw_if_scope_cancelled();
     soft.tets = std::make_unique<TetInequality>(soft.body);
     if (world.rigid.size() > 0) soft.contacts = std::make_unique<ParticleContacts>(soft.body);
   }

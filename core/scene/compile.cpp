@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/parallel/cancel_scope.h"
 #include "core/scene/build_world.h"
 #include "core/scene/metrics.h"
 #include "core/scene/plan.h"
@@ -44,6 +45,7 @@ class CompiledSimulation final : public Simulation {
   }
 
   void advance(const Progress& progress) override {
+    const CancelScope scope(progress);
     const auto begin = std::chrono::steady_clock::now();
     const StepStats stats = stepper_.frame(1.0 / world_.scene.frame_rate, progress);
     const auto end = std::chrono::steady_clock::now();
@@ -134,6 +136,7 @@ class CompiledSimulation final : public Simulation {
 }  // namespace
 
 std::unique_ptr<Simulation> compile(const Scene& scene, Progress& progress) {
+  const CancelScope scope(progress);
   return std::make_unique<CompiledSimulation>(build_world(scene, progress));
 }
 

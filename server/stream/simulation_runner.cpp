@@ -4,6 +4,7 @@
 #include <future>
 #include <utility>
 
+#include "core/parallel/cancel_scope.h"
 #include "server/job_queue/guarded.h"
 #include "server/job_queue/retry_allocation.h"
 #include "server/problem.h"
@@ -50,6 +51,7 @@ SimulationRunner::~SimulationRunner() {
 
 void SimulationRunner::run() {
   Progress progress({}, &cancelled_);
+  const CancelScope scope(progress);
   try {
     prepare(progress);
     run_frames(progress);

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor {
 namespace {
 
@@ -62,6 +64,30 @@ TEST_P(Parallel, ManyShortRegions) {
   for (int region = 0; region < 20000; ++region)
     parallel_for(4, 1, [&](std::int64_t begin, std::int64_t) { total += begin; });
   EXPECT_EQ(total.load(), 20000 * 6);
+}
+
+TEST_P(Parallel, EndsWhenTheScopeOfItsThreadIsCancelled) {
+  std::atomic<bool> cancel{false};
+  std::atomic<int> visits{0};
+  const auto count_until = [&](int last) {
+    parallel_for(1000, 1, [&](std::int64_t, std::int64_t) { cancel = ++visits >= last; });
+  };
+  const Progress progress({}, &cancel), never;
+  {
+    const CancelScope scope(progress);
+    count_until(2000);
+    EXPECT_EQ(visits.load(), 1000);
+    EXPECT_THROW(count_until(1100), Error);
+    EXPECT_LT(visits.load(), 1200);
+    {
+      const CancelScope inner(never);
+      EXPECT_NO_THROW(throw_if_scope_cancelled());
+    }
+    EXPECT_THROW(throw_if_scope_cancelled(), Error);
+  }
+  visits = 0;
+  count_until(100);  // and nobody else's
+  EXPECT_EQ(visits.load(), 1000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 3, 8));
