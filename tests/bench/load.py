@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What the server carries: viewers of live simulations, and /health meanwhile. Prints one line a figure, or one JSON
-document with --json. ISOCHOR names the program (default: build/release/server/isochor)."""
+document with --json; names of measures ask for these alone. ISOCHOR names the program (default:
+build/release/server/isochor)."""
 import json
 import os
 import pathlib
@@ -66,10 +67,10 @@ class Health:
                 "max_ms": 1e3 * ordered[-1]}
 
 
-def new_simulation(server, cells, query=""):
+def new_simulation(server, cells, query="", wait_ms=10000):
     body = {"type": "deformable", "edge_stiffness": 100, "diagonal_stiffness": 100,
             "lattice": {"cells": [cells] * 3, "cell_size": 1.0 / cells, "origin": [0, 1, 0]}}
-    simulation = server.send("POST", "/simulations?state=playing&wait_ms=10000" + query,
+    simulation = server.send("POST", f"/simulations?state=playing&wait_ms={wait_ms}{query}",
                              {"duration": None, "gravity": [0, 0, 0], "bodies": [body]})
     return simulation["frames"], "/simulations/" + simulation["id"]
 
@@ -213,6 +214,18 @@ def cancelling(server, tries=20):
     return {"cancelled": len(seconds), "median_ms": 1e3 * statistics.median(seconds), "max_ms": 1e3 * max(seconds)}
 
 
+def ending(server, tries=16):
+    """From the request that takes a simulation of 262,144 cells away to its end, while it is prepared or steps."""
+    seconds = []
+    for i in range(tries):
+        _, path = new_simulation(server, 64, "&pace=fast", wait_ms=0)
+        time.sleep(0.15 * i)
+        start = time.perf_counter()
+        server.request("DELETE", path)
+        seconds.append(time.perf_counter() - start)
+    return {"ended": len(seconds), "median_ms": 1e3 * statistics.median(seconds), "max_ms": 1e3 * max(seconds)}
+
+
 def show(name, value, indent=""):
     if isinstance(value, dict):
         print(f"{indent}{name}")
@@ -223,8 +236,9 @@ def show(name, value, indent=""):
 
 
 def main():
-    figures = {}
-    for measure in (slow_heads, own_work, cancelling, one_browser, few_viewers, slow_reader, many_viewers):
+    figures, asked = {}, [name for name in sys.argv[1:] if name != "--json"]
+    measures = (slow_heads, own_work, cancelling, ending, one_browser, few_viewers, slow_reader, many_viewers)
+    for measure in [one for one in measures if not asked or one.__name__ in asked]:
         with Serving() as server:
             server.wait_until_idle()
             figures[measure.__name__] = measure(server)
