@@ -92,14 +92,7 @@ void deformable(ObjectWriter& object, const BodyTopology& body) {
   points<double>(object, "rest_positions", body.rest_positions);
   list(object, "masses", body.masses);
   indices(object, "surface", body.mesh->surface);
-  if (!body.model || !body.model->embedding) {
-    object.key("embedded") += "null";
-    return;
-  }
-  ObjectWriter embedded(object.key("embedded"));
-  points<float>(embedded, "positions", body.model->soup->positions);
-  indices(embedded, "triangles", body.model->soup->triangles);
-  weights(embedded, *body.model->embedding);
+  object.key("embedded") += encode_embedded(body);
 }
 
 void rigid(ObjectWriter& object, const BodyTopology& body) {
@@ -121,6 +114,15 @@ std::string document(const Write& write) {
 }
 
 }  // namespace
+
+std::string encode_embedded(const BodyTopology& body) {
+  if (!body.model || !body.model->embedding) return "null";
+  return document([&](ObjectWriter& object) {
+    points<float>(object, "positions", body.model->soup->positions);
+    indices(object, "triangles", body.model->soup->triangles);
+    weights(object, *body.model->embedding);
+  });
+}
 
 std::string encode_geometry(const StoredMesh& mesh) {
   return document([&](ObjectWriter& object) {

@@ -77,6 +77,7 @@ void append_deformable(ObjectWriter& object, const BodyTopology& body, Encoding 
   else
     append_typed_array<double>(masses, body.masses, 0);
   append_tuples(object.key("surface"), body.mesh->surface);
+  object.key("embedded") += encode_embedded(body);
 }
 
 struct ShapeWriter {

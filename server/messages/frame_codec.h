@@ -56,6 +56,8 @@ std::string encode_plan(std::span<const PlannedPhase> plan);
 std::string encode_metrics(const Metrics& metrics);
 /// {"sphere":{"radius":0.5}}, as in scenes.
 std::string encode_shape(const BodyTopology& body);
+/// The mesh that a deformable body was made from, bound to its tets; null without one.
+std::string encode_embedded(const BodyTopology& body);
 /// [{"id","name","type",…}, …]: tets, cells and surface as nested numbers; rest_positions and masses in
 /// double precision (plain numbers with Encoding::array). A rigid body has its shape instead.
 std::string encode_bodies(std::span<const BodyTopology> bodies, Encoding encoding);

@@ -205,6 +205,7 @@ test('a recording is saved, and dropped on the page it plays again', async () =>
   const lines = text.trimEnd().split('\n').map(line => JSON.parse(line));
   assert.equal(lines[0].type, 'hello');
   assert.ok(lines[0].bodies[0].tets);
+  assert.deepEqual(lines[0].bodies[0].embedded.triangles.shape, [6064, 3], 'with the skin');
   const frames = lines.filter(line => line.type === 'frame');
   assert.ok(frames.length >= 10);
   frames.forEach((frame, k) => assert.equal(frame.seq, frames[0].seq + k, 'every frame is there'));

@@ -22,6 +22,8 @@ test('every parameter of the schema has a control with a name, an explanation an
   await page.keyboard.press('Tab');
   await page.keyboard.press('Shift+Tab');
   await eventually(() => tip.evaluate(element => getComputedStyle(element).opacity), opacity => opacity === '1', 'the tooltip of the focused field');
+  await page.keyboard.press('Escape');
+  await eventually(() => tip.evaluate(element => getComputedStyle(element).visibility), seen => seen === 'hidden', 'gone on Escape');
 });
 
 test('a moving slider is followed by previews, its release by the full model', async () => {

@@ -9,6 +9,7 @@ export function status_line({meshing, simulation, events}) {
     const {model, preview, took_ms} = meshing;
     line.textContent = `${preview ? 'Preview: ' : ''}${counted(model.tets, 'tets')} in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`;
   });
+  simulation.addEventListener('pausing', () => line.textContent = 'Pausing after this step…');
   let told = null;
   simulation.addEventListener('state', () => {
     if (simulation.state === told) return;

@@ -88,6 +88,14 @@ function tooltip(id, meaning) {
   return meaning ? h('span', {role: 'tooltip', id: `${id}-tip`, class: 'tip'}, meaning) : h('span', {id: `${id}-tip`, hidden: true}, '');
 }
 
+/// Escape takes a tooltip away from what it covers (WCAG 1.4.13), until its field is come back to.
+export function dismiss_tooltip() {
+  for (const field of document.querySelectorAll('.field:is(:hover, :focus-within)')) {
+    field.classList.add('no-tip');
+    for (const event of ['focusout', 'pointerleave']) field.addEventListener(event, () => field.classList.remove('no-tip'), {once: true});
+  }
+}
+
 export function button(title, onclick, {name, label, ...more} = {}) {
   return h('button', {type: 'button', onclick, ...(label ? {'aria-label': label, title: label} : {}), ...more},
     name ? icon(name) : null, title ? h('span', {}, title) : null);

@@ -3,6 +3,9 @@ import {finish_job} from '../wire/jobs.js';
 
 export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
 
+// Milliseconds that a preview may take while others wait: were each cut off by the next, none would be seen.
+const preview_patience = 400;
+
 export const sample_path = name => `/meshes?sample=${encodeURIComponent(name)}`;
 
 /// The way from the mesh and the parameters of the state to a model. The newest request wins: while a slider moves,
@@ -50,7 +53,7 @@ export class Meshing extends EventTarget {
   request(live) {
     if (!this.mesh || this.opening) return;
     const params = this.store.get('params');
-    if (this.busy && live && performance.now() - this.started < 150) {
+    if (this.busy && live && this.previewing && performance.now() - this.started < preview_patience) {
       this.waiting = {live};
       return;
     }
@@ -63,6 +66,7 @@ export class Meshing extends EventTarget {
     this.abort?.abort();
     const abort = this.abort = new AbortController();
     this.busy = true;
+    this.previewing = live;
     this.started = performance.now();
     this.mark_changed(params);
     try {

@@ -22,7 +22,9 @@ export class Playback {
 
   async pause() {
     this.stop_replay();
-    if (this.simulation.state === 'playing') await this.simulation.patch({state: 'paused'});
+    if (this.simulation.state !== 'playing') return;
+    const late = setTimeout(() => this.simulation.tell('pausing'), 300);
+    await this.simulation.patch({state: 'paused'}).finally(() => clearTimeout(late));
   }
 
   async step(frames) {

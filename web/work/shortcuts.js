@@ -1,3 +1,4 @@
+import {dismiss_tooltip} from '../ui/fields.js';
 import {camera_key} from '../view/camera_controls.js';
 
 /// Single keys, wherever no text is being typed; they can be turned off (WCAG 2.1.4).
@@ -40,7 +41,7 @@ export function listen_to_keys(app) {
   const table = app.shortcuts = shortcuts(app);
   addEventListener('keydown', event => {
     if (undo_key(app, event) || event.defaultPrevented || document.querySelector('dialog[open]')) return;
-    if (event.key === 'Escape') return app.escape();
+    if (event.key === 'Escape') return dismiss_tooltip(), app.escape();
     if (app.grab_key(event)) return event.preventDefault();
     const in_view = document.activeElement === app.viewport.canvas;
     if (in_view && camera_key(app.viewport.controls, event)) return event.preventDefault();

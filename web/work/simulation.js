@@ -2,7 +2,7 @@ import {ask, load} from '../wire/data.js';
 import {FrameBuffer} from './frame_buffer.js';
 
 /// One simulation on the server (or a recording), its frames and the place shown.
-/// Events: bodies, frame (the shown one), frames, state, problem, lost.
+/// Events: bodies, frame (the shown one), frames, state, pausing, problem, lost.
 export class Simulation extends EventTarget {
   constructor(client) {
     super();
