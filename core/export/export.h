@@ -24,6 +24,9 @@ std::span<const ExportFormat> export_formats();
 /// unsupported_format.
 const ExportFormat& export_format(std::string_view name_or_extension);
 
+/// That of a file, by the longest extension its name ends in: ".embedding.json" before ".json".
+const ExportFormat& export_format_of(const std::filesystem::path& file);
+
 struct ExportFile {
   std::string name_suffix;  ///< ".node"; appended to the chosen stem
   std::string content;

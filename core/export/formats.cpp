@@ -90,6 +90,15 @@ const ExportFormat& export_format(std::string_view name_or_extension) {
               "choose one of " + names);
 }
 
+const ExportFormat& export_format_of(const std::filesystem::path& file) {
+  const std::string name = lower(file.filename().string());
+  std::string extension = file.extension().string();
+  for (const ExportFormat& format : formats)
+    if (name.ends_with(format.extension) && format.extension.size() > extension.size())
+      extension = format.extension;
+  return export_format(extension);
+}
+
 std::vector<ExportFile> export_model(const ExportModel& model, const ExportFormat& format) {
   const auto row = std::ranges::find(rows, format.name, [](const Row& r) { return r.format.name; });
   if (row == rows.end())

@@ -40,7 +40,7 @@ std::int64_t memory_limit(const MeshCommand& command) {
 const ExportFormat& format_of(const MeshCommand& command, const std::string& output) {
   if (!command.format.empty()) return export_format(command.format);
   if (output == "-") return export_format("msh2");
-  return export_format(fs::path(output).extension().string());
+  return export_format_of(output);
 }
 
 /// Everything that can be refused before the work begins.

@@ -188,6 +188,9 @@ TEST_F(Export, TheSameModelGivesTheSameBytesWithTheParametersInside) {
 TEST(ExportFormats, AreFoundByNameAndByExtension) {
   EXPECT_EQ(export_format("msh4").name, "msh4");
   EXPECT_EQ(export_format(".msh").name, "msh2");
+  EXPECT_EQ(export_format_of("a/model.Embedding.JSON").name, "embedding");
+  EXPECT_EQ(export_format_of("a.msh/embedding.json").name, "json");
+  EXPECT_EQ(export_format_of("model.ele").name, "tetgen");
   EXPECT_EQ(export_format(".VTU").name, "vtu");
   EXPECT_EQ(export_format(".ele").name, "tetgen");
   try {
