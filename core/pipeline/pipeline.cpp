@@ -45,4 +45,9 @@ std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& option
   return model;
 }
 
+std::int64_t AuthoringPipeline::count_tets(const MeshingOptions& options, Progress& progress) {
+  check_budget(stages_->size(), options, memory_budget());
+  return 5 * stages_->run_to_lattice(options, progress)->lattice->kept_count;
+}
+
 }  // namespace isochor

@@ -93,6 +93,9 @@ class AuthoringPipeline {
   /// cancelled; after a throw the stages that were finished are kept.
   std::shared_ptr<const Model> run(const MeshingOptions& options, Progress& progress);
 
+  /// How many tets that would give, at the cost of the stages up to the lattice.
+  std::int64_t count_tets(const MeshingOptions& options, Progress& progress);
+
  private:
   struct Stages;
   std::unique_ptr<Stages> stages_;

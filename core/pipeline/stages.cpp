@@ -71,7 +71,7 @@ void PipelineStages::measure(Model& model, Progress& progress) {
   model.quality_ms = quality_ms_;
 }
 
-std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progress& progress) {
+std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& options, Progress& progress) {
   auto model = std::make_shared<Model>();
   model->options = options;
   model->soup = soup_;
@@ -87,6 +87,12 @@ std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progre
   model->lattice = update("lattice", pseudo_volume_.serial, lattice_, options.lattice, [&] {
     return make_lattice(*pseudo_volume_.result, size().box, options.lattice, progress);
   });
+  model->stages = reports_;
+  return model;
+}
+
+std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progress& progress) {
+  const std::shared_ptr<Model> model = run_to_lattice(options, progress);
   if (model->lattice->kept_count > 0) {
     model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},
                                [&] { return make_tetrahedra(*lattice_.result, progress); });

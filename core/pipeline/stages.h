@@ -24,6 +24,7 @@ class PipelineStages {
 
   /// Everything but warnings; the model ends at the lattice when that is empty.
   std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress);
+  std::shared_ptr<Model> run_to_lattice(const MeshingOptions& options, Progress& progress);
   const SoupSize& size();
 
  private:

@@ -12,8 +12,8 @@ std::vector<T> axis(const std::vector<T>& values, T fallback) {
   return values.empty() ? std::vector<T>{fallback} : values;
 }
 
-MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshReport& input,
-                     const MeshingOptions& options, int repeats, const Progress& progress) {
+MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshingOptions& options,
+                     int repeats, const Progress& progress) {
   Progress quiet = progress.with_sink({});
   MeshingPoint point;
   point.options = options;
@@ -28,8 +28,8 @@ MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const Mesh
       point.quality = model->quality;
       point.tets = static_cast<std::int64_t>(model->mesh().tets.size());
       point.cells = static_cast<std::int64_t>(model->mesh().cells.size());
-      if (input.closed && input.volume != 0.0)
-        point.volume_error = (model->quality.volume - std::abs(input.volume)) / std::abs(input.volume);
+      if (const double enclosed = model->enclosed_volume(); enclosed > 0.0)
+        point.volume_error = (model->quality.volume - enclosed) / enclosed;
     }
   } catch (const Error& error) {
     if (error.code() == ErrorCode::cancelled) throw;
@@ -71,7 +71,6 @@ std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
 MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress) {
   const std::vector<MeshingOptions> grid = meshing_grid(options);
-  const MeshReport input = inspect(*soup);
   MeshingReport report;
   try {
     for (const MeshingOptions& settings : grid) {
@@ -80,7 +79,7 @@ MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
       progress.report(phase, static_cast<double>(report.points.size()) / static_cast<double>(grid.size()));
       const auto known = std::ranges::find(options.done, settings, &MeshingPoint::options);
       report.points.push_back(
-          known != options.done.end() ? *known : measure(soup, input, settings, options.repeats, progress));
+          known != options.done.end() ? *known : measure(soup, settings, options.repeats, progress));
       if (options.on_point) options.on_point(report);
     }
   } catch (const Error& error) {
@@ -94,7 +93,7 @@ const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms) {
   const MeshingPoint* best = nullptr;
   for (const MeshingPoint& point : report.points)
     if (point.problem.empty() && point.ms.median <= budget_ms &&
-        (!best || point.quality.boundary_to_input < best->quality.boundary_to_input))
+        (!best || point.distance() < best->distance()))
       best = &point;
   return best;
 }
@@ -109,13 +108,8 @@ MeshingOptions fit_tet_budget(AuthoringPipeline& pipeline, const MeshingOptions&
   const int largest = std::min(256, base.voxels / 2);
   const auto count = [&](int cells) -> std::int64_t {
     options.lattice.cells = cells;
-    std::int64_t found = 0;
-    try {
-      found = static_cast<std::int64_t>(pipeline.run(options, progress)->mesh().tets.size());
-    } catch (const Error& error) {
-      if (error.code() != ErrorCode::empty_result) throw;
-      return 0;
-    }
+    const std::int64_t found = pipeline.count_tets(options, progress);
+    if (found == 0) return 0;
     const std::int64_t distance = std::abs(found - tets);
     if (best_distance < 0 || distance < best_distance) best = options, best_distance = distance;
     return found;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -26,6 +27,10 @@ struct MeshingPoint {
   std::optional<double> volume_error;  ///< (model − input)/input, for closed input
   std::int64_t tets = 0, cells = 0;
   Spread ms;  ///< from the soup to the tets, over the repeats
+
+  /// From the boundary to the input or back, whichever is larger: a coarse model that misses a part may have
+  /// its boundary close to the rest.
+  double distance() const { return std::max(quality.boundary_to_input, quality.input_to_boundary); }
 };
 
 struct MeshingReport {
@@ -47,7 +52,7 @@ std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& options);
 MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress);
 
-/// The point whose boundary comes closest to the input, of those made within the budget.
+/// The point whose boundary and input come closest, of those made within the budget.
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms);
 
 /// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base, found

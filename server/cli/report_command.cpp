@@ -191,7 +191,7 @@ void fit_meshing_budget(const CliContext& context, const MeshingReport& report, 
   write_file(folder / "budget.json", write_meshing_options(best->options));
   context.note(fmt::format("within {:g} ms: {} voxels, {} cells: {:.3g} ms, {:.3g} from the input; wrote {}",
                            budget_ms, best->options.voxels, best->options.lattice.cells, best->ms.median,
-                           best->quality.boundary_to_input, (folder / "budget.json").string()));
+                           best->distance(), (folder / "budget.json").string()));
 }
 
 std::string run_meshing_report(CliContext& context, const ReportCommand& command, const MeshingOptions& base,

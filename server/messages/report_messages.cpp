@@ -310,7 +310,8 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
                                   std::optional<double> budget_ms, std::string_view source) {
   Json json = provenance("meshing", report.complete, source);
   json["input"] = input;
-  json["fields"] = {{{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
+  json["fields"] = {{{"name", "distance"}, {"label", "distance between boundary and input, the larger way"}},
+                    {{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
                     {{"name", "input_to_boundary"}, {"label", "distance from the input to the boundary"}},
                     {{"name", "volume"}, {"label", "volume error (closed input)"}}};
   json["points"] = Json::array();
@@ -322,7 +323,8 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
          {"outcome", p.problem.empty() ? "converged" : "failed"},
          {"reason", p.problem},
          {"errors",
-          {{"boundary_to_input", number(q.boundary_to_input)},
+          {{"distance", number(p.distance())},
+           {"boundary_to_input", number(q.boundary_to_input)},
            {"input_to_boundary", number(q.input_to_boundary)},
            {"volume", p.volume_error ? number(std::abs(*p.volume_error)) : Json(nullptr)}}},
          {"ms_per_step", to_json(p.ms)},

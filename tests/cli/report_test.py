@@ -204,7 +204,9 @@ class Report(ProgramTest):
                          "1", "--budget-ms", "100000")
         model = self.run_json("mesh", MESHES / "torus.obj", "-o", self.folder / "t.msh", "--params", out / "budget.json")
         points = json.loads((out / "report.json").read_text())["points"]
-        best = min(points, key=lambda p: p["errors"]["boundary_to_input"])
+        best = min(points, key=lambda p: p["errors"]["distance"])
+        self.assertEqual(best["errors"]["distance"],
+                         max(best["errors"]["boundary_to_input"], best["errors"]["input_to_boundary"]))
         self.assertEqual(model["tets"], best["tets"])
 
     def test_the_lattice_comes_closest_to_a_number_of_tets(self):

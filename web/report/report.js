@@ -70,11 +70,11 @@ function draw_scene() {
 }
 
 function draw_meshing() {
-  draw_points('ms from soup to tets', 'Points (the front of the distance to the input is marked)',
+  draw_points('ms from soup to tets', 'Points (the front of the larger distance is marked)',
     ['settings', 'cells', 'outcome', 'why', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted'],
     p => [p.series, p.settings.cells, ...outcome(p), p.tets, p.ms_per_step.median, range(p.ms_per_step), p.volume_error,
       p.errors.boundary_to_input, p.errors.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted],
-    new Set(report.fronts.boundary_to_input));
+    new Set(report.fronts.distance));
 }
 
 function draw_stability() {

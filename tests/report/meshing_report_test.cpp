@@ -1,0 +1,56 @@
+#include "core/report/meshing_report.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/shapes.h"
+
+namespace isochor {
+namespace {
+
+MeshingPoint made_in(double ms, double boundary_to_input, double input_to_boundary) {
+  MeshingPoint point;
+  point.ms.median = ms;
+  point.quality.boundary_to_input = boundary_to_input;
+  point.quality.input_to_boundary = input_to_boundary;
+  return point;
+}
+
+TEST(MeshingReport, AModelThatMissesAPartIsNotTheBestWithinABudget) {
+  MeshingReport report;
+  report.points = {made_in(10, 0.1, 3.0), made_in(20, 0.2, 0.3), made_in(50, 0.01, 0.01)};
+  EXPECT_EQ(fit_budget(report, 30.0), &report.points[1]);
+  EXPECT_EQ(fit_budget(report, 10.0), report.points.data());
+  EXPECT_EQ(fit_budget(report, 5.0), nullptr);
+}
+
+TEST(MeshingReport, TheVolumeErrorOfAShellIsThatOfItsWall) {
+  TriangleSoup shell = test::sphere(0.5, 1.0, 48);
+  test::append(shell, test::sphere(0.3, 1.0, 48));  // of the same sense: the signed volume adds the cavity
+  MeshingReportOptions options;
+  options.base.voxels = 48, options.base.lattice.cells = 16;
+  options.repeats = 1;
+  Progress progress;
+  const MeshingReport report =
+      report_meshing(std::make_shared<const TriangleSoup>(std::move(shell)), options, progress);
+  ASSERT_EQ(report.points.size(), 1U);
+  EXPECT_LT(std::abs(report.points[0].volume_error.value()), 0.06);
+  EXPECT_EQ(report.points[0].distance(),
+            std::max(report.points[0].quality.boundary_to_input, report.points[0].quality.input_to_boundary));
+}
+
+TEST(MeshingReport, CountsTheTetsThatARunGives) {
+  AuthoringPipeline pipeline(std::make_shared<const TriangleSoup>(test::torus(0.35, 0.15)));
+  Progress progress;
+  for (const int cells : {2, 8, 14}) {
+    MeshingOptions options;
+    options.voxels = 48, options.lattice.cells = cells;
+    const std::int64_t tets = pipeline.count_tets(options, progress);
+    if (tets > 0)
+      EXPECT_EQ(tets, static_cast<std::int64_t>(pipeline.run(options, progress)->mesh().tets.size()));
+    else
+      EXPECT_THROW(pipeline.run(options, progress), Error);
+  }
+}
+
+}  // namespace
+}  // namespace isochor
