@@ -54,7 +54,7 @@ struct SceneErrors {
   double linear_momentum =
       0.0;  ///< largest |p − p_ref| / max(|p_ref|, M·L/T), L the scene's size, T its duration
   double angular_momentum = 0.0;  ///< largest |L − L_ref| / max(|L_ref|, M·L²/T)
-  double energy = 0.0;  ///< largest |E − E_ref| / max(max E_ref − min E_ref, max kinetic E_ref)
+  double energy = 0.0;            ///< largest |E − E_ref| / max(max E_ref − min E_ref, max kinetic E_ref)
   double max_penetration = 0.0;
 };
 
