@@ -88,8 +88,9 @@ std::int64_t memory_budget() {
 }
 
 MeshingOptions preview_options(const MeshingOptions& options) {
+  constexpr int most_voxels = 64;
   MeshingOptions preview = options;
-  preview.voxels = std::max(16, options.voxels / 2);
+  preview.voxels = std::min(options.voxels, most_voxels);
   const double scale = static_cast<double>(preview.voxels) / options.voxels;
   PseudoVolumeOptions& thresholds = preview.pseudo_volume;
   thresholds.p_in_voxels = std::max(0.87, scale * thresholds.p_in_voxels);

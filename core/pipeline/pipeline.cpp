@@ -32,6 +32,8 @@ double Model::volume_error() const {
 
 AuthoringPipeline::AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup)
     : stages_(std::make_unique<Stages>(std::move(soup))) {}
+AuthoringPipeline::AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup, KnownInput known)
+    : stages_(std::make_unique<Stages>(std::move(soup), std::move(known))) {}
 AuthoringPipeline::~AuthoringPipeline() = default;
 AuthoringPipeline::AuthoringPipeline(AuthoringPipeline&&) noexcept = default;
 AuthoringPipeline& AuthoringPipeline::operator=(AuthoringPipeline&&) noexcept = default;

@@ -77,14 +77,21 @@ void check_budget(const SoupSize& soup, const MeshingOptions& options, std::int6
 /// Three quarters of this machine's memory, which AuthoringPipeline keeps to.
 std::int64_t memory_budget();
 
-/// The same model at half the voxels, thresholds kept as distances and as many cells as that allows: an
+/// The same model at 64 voxels at most, thresholds kept as distances and as many cells as that allows: an
 /// answer within 100 ms while a slider moves. Run it in a pipeline of its own, which keeps the coarse field.
 MeshingOptions preview_options(const MeshingOptions& options);
+
+/// What is known of a soup already; inspecting it takes about as long as its distance field.
+struct KnownInput {
+  std::shared_ptr<const MeshReport> report;
+  SoupSize size;
+};
 
 /// Remembers each stage's last inputs and recomputes from the first stage that changed. Not thread-safe.
 class AuthoringPipeline {
  public:
   explicit AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup);
+  AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup, KnownInput known);
   ~AuthoringPipeline();
   AuthoringPipeline(AuthoringPipeline&&) noexcept;
   AuthoringPipeline& operator=(AuthoringPipeline&&) noexcept;

@@ -16,6 +16,8 @@ double ms_since(Clock::time_point begin) {
 }  // namespace
 
 PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup) : soup_(std::move(soup)) {}
+PipelineStages::PipelineStages(std::shared_ptr<const TriangleSoup> soup, KnownInput known)
+    : soup_(std::move(soup)), size_(known.size), input_(std::move(known.report)) {}
 
 const SoupSize& PipelineStages::size() {
   if (!size_) size_ = soup_size(*soup_);

@@ -21,6 +21,7 @@ struct Stage {
 class PipelineStages {
  public:
   explicit PipelineStages(std::shared_ptr<const TriangleSoup> soup);
+  PipelineStages(std::shared_ptr<const TriangleSoup> soup, KnownInput known);
 
   /// Everything but warnings; the model ends at the lattice when that is empty.
   std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress);

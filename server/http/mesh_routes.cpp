@@ -57,7 +57,7 @@ Response post_mesh(Api& api, const Request& request, const std::string& name) {
 Response list_meshes(const Api& api) {
   Json meshes = Json::array();
   for (const auto& mesh : api.catalog.meshes())
-    meshes.push_back({{"id", mesh->id}, {"name", mesh->name}, {"triangles", mesh->report.triangles}});
+    meshes.push_back({{"id", mesh->id}, {"name", mesh->name}, {"triangles", mesh->known.report->triangles}});
   return Response::json(to_text({{"meshes", meshes}}));
 }
 
@@ -147,7 +147,8 @@ std::vector<Route> mesh_routes(Api& api) {
        .summary = "What was found in the file: counts and defects",
        .handler =
            [&](const Request& r) {
-             return Response::json(to_text(mesh_report_json(api.catalog.mesh(r.segment("id"))->report)));
+             return Response::json(
+                 to_text(mesh_report_json(*api.catalog.mesh(r.segment("id"))->known.report)));
            },
        .answers = {{200, "MeshReport"}}},
       {.method = "GET",

@@ -25,15 +25,6 @@ double overall(std::string_view phase, double fraction) {
   return 0.0;
 }
 
-/// A preview is coarse only where a full run would not be quick: the pipeline keeps its distance field, so
-/// moving anything else is.
-MeshingOptions coarser(MeshingOptions options) {
-  constexpr int preview_voxels = 64;
-  options.voxels = std::min(options.voxels, preview_voxels);
-  options.lattice.cells = std::min(options.lattice.cells, options.voxels / 2);
-  return options;
-}
-
 bool has_field(StoredMesh& mesh, const MeshingOptions& options) {
   return mesh.remembered.with([&](const auto& models) {
     const auto& full = models.front();
@@ -59,18 +50,18 @@ std::shared_ptr<StoredMesh> store_mesh(Api& api, const std::string& name, const 
   mesh->name = name.empty() ? "mesh." + format : name;
   mesh->format = format_names[static_cast<std::size_t>(kind)];
   mesh->file_bytes = static_cast<std::int64_t>(bytes.size());
-  mesh->report = inspect(*soup);
   api.catalog.evict(api.simulations.bytes());
   return api.catalog.add(std::move(mesh), added);
 }
 
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
                                               const MeshingOptions& asked, bool preview, Progress& progress) {
+  // Coarse only where a full run would not be quick: with the distance field at hand, it is.
   const bool coarse = preview && !has_field(*mesh, asked);
-  const MeshingOptions options = coarse ? coarser(asked) : asked;
+  const MeshingOptions options = coarse ? preview_options(asked) : asked;
   const std::string id = content_id("d", mesh->id + " " + describe(options));
   if (auto known = api.catalog.find_model(id)) return known;
-  check_budget(mesh->size, options, api.memory_limit);
+  check_budget(mesh->known.size, options, api.memory_limit);
   Progress whole = progress.with_sink(
       [&](std::string_view phase, double fraction) { progress.report(phase, overall(phase, fraction)); });
   auto& pipeline = coarse ? mesh->preview : mesh->full;

@@ -24,8 +24,8 @@ Response post_model(Api& api, const Request& request) {
   const std::int64_t wait_ms = query_integer(request, "wait_ms", 0, 0, 10000);
   const auto mesh = api.catalog.mesh(wanted.mesh_id);
   if (wanted.dry_run)
-    return Response::json(to_text({{"estimate", estimate_json(estimate(mesh->size, wanted.options))}}));
-  check_budget(mesh->size, wanted.options, api.memory_limit);
+    return Response::json(to_text({{"estimate", estimate_json(estimate(mesh->known.size, wanted.options))}}));
+  check_budget(mesh->known.size, wanted.options, api.memory_limit);
   if (wanted.supersedes) api.jobs.cancel(*wanted.supersedes);
   const JobView job =
       api.jobs.submit("model", [&api, mesh, options = wanted.options, preview = wanted.preview,

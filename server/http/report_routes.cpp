@@ -50,7 +50,7 @@ JobQueue::Work scene_work(Api& api, const SceneReportRequest& request, std::opti
 JobQueue::Work mesh_work(Api& api, const MeshReportRequest& request, std::optional<double> budget_ms) {
   const auto mesh = api.catalog.mesh(request.mesh_id);
   for (const MeshingOptions& options : meshing_grid(request.options))
-    check_budget(mesh->size, options, api.memory_limit);
+    check_budget(mesh->known.size, options, api.memory_limit);
   return [mesh, options = request.options, budget_ms](JobProgress& progress) mutable {
     options.on_point = [&](MeshingReport part) {
       part.complete = false;

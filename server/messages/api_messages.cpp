@@ -55,7 +55,7 @@ Json mesh_json(const StoredMesh& mesh) {
           {"name", mesh.name},
           {"format", mesh.format},
           {"bytes", mesh.file_bytes},
-          {"report", mesh_report_json(mesh.report)}};
+          {"report", mesh_report_json(*mesh.known.report)}};
 }
 
 Json stored_model_json(const StoredModel& stored) {

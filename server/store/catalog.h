@@ -19,13 +19,16 @@ namespace isochor {
 /// does not push out the stages of the full result.
 struct StoredMesh {
   StoredMesh(std::string id_, const std::shared_ptr<const TriangleSoup>& soup_)
-      : id(std::move(id_)), soup(soup_), size(soup_size(*soup_)), full(soup_), preview(soup_) {}
+      : id(std::move(id_)),
+        soup(soup_),
+        known{std::make_shared<const MeshReport>(inspect(*soup_)), soup_size(*soup_)},
+        full(soup_, known),
+        preview(soup_, known) {}
 
   std::string id, name, format;
   std::int64_t file_bytes = 0;
   std::shared_ptr<const TriangleSoup> soup;
-  SoupSize size;
-  MeshReport report;
+  KnownInput known;
   Guarded<AuthoringPipeline> full, preview;                          ///< held while they run
   Guarded<std::vector<std::shared_ptr<const Model>>> remembered{2};  ///< what the two pipelines hold
 };

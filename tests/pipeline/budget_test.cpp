@@ -67,7 +67,7 @@ TEST(Budget, NamesTheLargestVoxelsWhenNoNumberOfCellsFits) {
   }
 }
 
-TEST(Budget, APreviewKeepsDistancesAtHalfTheVoxels) {
+TEST(Budget, APreviewKeepsDistancesAtFewerVoxels) {
   MeshingOptions options;
   options.pseudo_volume.p_in_voxels = 4.0, options.pseudo_volume.p_subs_voxels = 6.0;
   const MeshingOptions preview = preview_options(options);
@@ -75,8 +75,11 @@ TEST(Budget, APreviewKeepsDistancesAtHalfTheVoxels) {
   EXPECT_DOUBLE_EQ(preview.pseudo_volume.p_in_voxels, 2.0);
   EXPECT_DOUBLE_EQ(preview.pseudo_volume.p_subs_voxels, 3.0);
   EXPECT_EQ(preview.lattice.cells, 24);
-  options.voxels = 40, options.lattice.cells = 20;
-  EXPECT_EQ(preview_options(options).lattice.cells, 10);
+  options.voxels = 256, options.lattice.cells = 64;
+  EXPECT_EQ(preview_options(options).lattice.cells, 32);
+  EXPECT_DOUBLE_EQ(preview_options(options).pseudo_volume.p_in_voxels, 1.0);
+  options.voxels = 40;
+  EXPECT_EQ(preview_options(options).voxels, 40);
 }
 
 }  // namespace

@@ -3,8 +3,9 @@ import {finish_job} from '../wire/jobs.js';
 
 export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
 
-// Milliseconds that a preview may take while others wait: were each cut off by the next, none would be seen.
-const preview_patience = 400;
+// Milliseconds that a preview may take while others wait: were each cut off by the next, none would be seen, and the
+// distance field that the first one makes serves those after it.
+const preview_patience = 2000;
 
 export const sample_path = name => `/meshes?sample=${encodeURIComponent(name)}`;
 
