@@ -88,7 +88,8 @@ class TriangleGrid {
   std::int64_t size_of(std::int64_t cube) const { return first_[cube + 1] - first_[cube]; }
 
   Vec3i cube_of(const Vec3& p) const {
-    return ((p - grid_.origin) / grid_.spacing).cast<int>().cwiseMax(0).cwiseMin(grid_.size - Vec3i::Ones());
+    const Vec3 last = (grid_.size - Vec3i::Ones()).cast<double>();
+    return ((p - grid_.origin) / grid_.spacing).cwiseMax(0.0).cwiseMin(last).cast<int>();
   }
   template <class Visit>
   void for_cubes(const Box& box, Visit&& visit) const {
@@ -101,9 +102,10 @@ class TriangleGrid {
   /// As fine as the triangles allow that each is listed a few times on average.
   void choose_spacing() {
     const auto count = static_cast<double>(boxes_.size());
-    const Vec3 extent = all_.size().cwiseMax(1e-3 * all_.size().maxCoeff()).cwiseMax(1e-300);
+    const double longest = std::clamp(all_.size().maxCoeff(), 1e-300, 1e300);
+    const Vec3 extent = all_.size().cwiseMax(1e-3 * longest).cwiseMin(longest);
     grid_.origin = all_.min;
-    grid_.spacing = std::cbrt(extent.prod() / (8.0 * count));
+    grid_.spacing = longest * std::cbrt((extent / longest).prod() / (8.0 * count));
     for (;; grid_.spacing *= 1.5) {
       grid_.size = (extent / grid_.spacing).cast<int>() + Vec3i::Ones();
       double entries = 0.0;

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace isochor {
 namespace {
@@ -43,8 +44,11 @@ class VertexTable {
   Vec3 cube(const Vec3& p) const {
     return tolerance_ > 0.0 ? Vec3((p / (4.0 * tolerance_)).array().floor()) : p;
   }
-  /// Beyond 2⁵³ there is no next whole number; without a tolerance there is no next cube either.
-  double next(double at) const { return tolerance_ > 0.0 && at + 1.0 > at ? at + 1.0 : HUGE_VAL; }
+  /// Not a number where there is none: beyond 2⁵³, of which infinity is a case (far from the origin for the
+  /// tolerance), and without a tolerance. It ends the loops, which infinity would not.
+  double next(double at) const {
+    return tolerance_ > 0.0 && at + 1.0 > at ? at + 1.0 : std::numeric_limits<double>::quiet_NaN();
+  }
 
   void search(const Vec3& at, const Vec3& p, std::int32_t& found) const {
     for (std::size_t slot = hash(at) & (table_.size() - 1); table_[slot] >= 0;

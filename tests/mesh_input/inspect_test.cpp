@@ -100,6 +100,13 @@ TEST(Inspect, MergesVerticesByPositionAndCountsComponents) {
   EXPECT_EQ(count(report, "duplicate_vertices"), 28);
 }
 
+TEST(Inspect, MergesSoFarFromTheOriginThatCubesOfTheToleranceAreBeyondCounting) {
+  for (const double far : {1e300, -1e300, 1e20}) {
+    const TriangleSoup soup{{{far, 0, 0}, {far, 1, 0}, {far, 0, 1}, {far, 0, 1}}, {{0, 1, 2}, {1, 0, 3}}};
+    EXPECT_EQ(count(inspect(soup), "duplicate_vertices"), 1);
+  }
+}
+
 TEST(Inspect, ASeamThatIsRoundOffWideIsClosed) {
   TriangleSoup soup = cube();
   std::vector<Vec3> corners = soup.positions;
