@@ -108,8 +108,8 @@ async function measure_drag(page, name) {
   await page.evaluate(() => {
     const line = document.querySelector('footer [role=status]');
     globalThis.shown_at = [];
-    new MutationObserver(async () => line.textContent.startsWith('Preview') && globalThis.shown_at.push(await globalThis.next_picture()))
-      .observe(line, {childList: true, characterData: true, subtree: true});
+    globalThis.previews = new MutationObserver(async () => line.textContent.startsWith('Preview') && globalThis.shown_at.push(await globalThis.next_picture()));
+    globalThis.previews.observe(line, {childList: true, characterData: true, subtree: true});
   });
   await page.mouse.move(box.x + 0.2 * box.width, box.y + box.height / 2);
   await page.mouse.down();
@@ -118,7 +118,7 @@ async function measure_drag(page, name) {
     await page.mouse.move(box.x + box.width * (0.3 - 0.1 * Math.cos(t / 300)), box.y + box.height / 2);
     await page.waitForTimeout(8);
   }
-  const shown = await page.evaluate(() => globalThis.shown_at);
+  const shown = await page.evaluate(() => (globalThis.previews.disconnect(), globalThis.shown_at));
   const full = await until(page, /^[\d,]+ tets/, () => page.mouse.up());
   note_all(`${name}, P_in drawn by the mouse: from preview to preview`, shown.slice(1).map((at, k) => at - shown[k]));
   note(`${name}, P_in drawn by the mouse: full model after its release`, full);
