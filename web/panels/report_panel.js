@@ -63,5 +63,5 @@ function budget_row(app, measuring, field) {
     const take = () => app.store.set(settings_changes(point.settings), 'settings that fit the budget');
     answer.replaceChildren(`${point.series}: ${number(point.ms_per_step.median)} ms, error ${number(point.errors[field.value])} `, button('Use', take, {label: 'Use these settings'}));
   };
-  return h('div', {class: 'budget'}, h('label', {for: id}, 'Fit my budget'), limit, h('span', {class: 'quiet'}, 'ms a step'), button('Fit', fit), answer);
+  return h('div', {class: 'budget'}, h('label', {for: id}, 'Fit my budget'), limit, h('span', {class: 'quiet'}, 'ms/step'), button('Fit', fit), answer);
 }
