@@ -34,6 +34,15 @@ void BoxHash::visit_buckets(const Box& box, const Visit& visit) const {
       for (int i = cells.min.x(); i <= cells.max.x(); ++i) visit(bucket(i, j, k));
 }
 
+void BoxHash::reserve(std::size_t boxes) {
+  constexpr std::size_t usual_cells = 16;  // that a box lies in
+  boxes_.reserve(boxes);
+  seen_.reserve(boxes);
+  found_.reserve(boxes);
+  begin_.reserve(std::bit_ceil(2 * boxes + 1) + 1);
+  entries_.reserve(usual_cells * boxes);
+}
+
 void BoxHash::build(std::span<const Box> boxes) {
   boxes_.assign(boxes.begin(), boxes.end());
   bounds_ = Box();

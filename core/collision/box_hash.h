@@ -19,6 +19,8 @@ inline Box grown(const Box& box, double by) {
 class BoxHash {
  public:
   void build(std::span<const Box> boxes);
+  /// For so many boxes of about one size, building allocates nothing.
+  void reserve(std::size_t boxes);
 
   /// The boxes that overlap this one, ascending. The span lasts until the next call.
   std::span<const std::int32_t> find(const Box& box);

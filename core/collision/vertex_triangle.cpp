@@ -3,8 +3,6 @@
 namespace isochor {
 namespace {
 
-/// Neighbouring triangles overlap by this much, in weights, so that nothing slips through between them.
-constexpr double seam = 1e-4;
 constexpr int bisections = 40;
 
 Vec3 doubled_area(const TrianglePoints& t) {
@@ -38,21 +36,32 @@ TrianglePoints VertexSweep::triangle_at(double time) const {
   return t;
 }
 
-double VertexSweep::height(double time) const {
+double VertexSweep::side(double time) const {
   const TrianglePoints t = triangle_at(time);
-  return normal_of(t).dot(vertex_at(time) - t[0]);
+  return doubled_area(t).dot(vertex_at(time) - t[0]);
 }
 
-std::optional<double> VertexSweep::entry(double depth) const {
-  const double before = height(0.0);
-  if (before < -depth || height(1.0) >= 0.0) return std::nullopt;
+/// Feet move about evenly: one that is farther outside at both ends than it moves has not been inside
+/// between.
+bool VertexSweep::passes_by(double seam) const {
+  const auto first = weights_along(from, doubled_area(start), start);
+  const auto last = weights_along(to, doubled_area(end), end);
+  if (!first || !last) return false;
+  const Vec3 slack = (*first - *last).cwiseAbs().array() + seam;
+  return (first->cwiseMax(*last).array() < -slack.array()).any();
+}
+
+std::optional<double> VertexSweep::entry(double depth, double slop, double seam) const {
+  if (!(side(1.0) < -slop * doubled_area(end).norm())) return std::nullopt;
+  const double before = side(0.0);
+  if (before < -depth * doubled_area(start).norm() || passes_by(seam)) return std::nullopt;
   double front = 0.0, back = before < 0.0 ? 0.0 : 1.0;
   for (int i = 0; i < bisections && back > front; ++i) {
     const double middle = 0.5 * (front + back);
-    (height(middle) < 0.0 ? back : front) = middle;
+    (side(middle) < 0.0 ? back : front) = middle;
   }
   const TrianglePoints there = triangle_at(back);
-  const auto weights = weights_along(vertex_at(back), normal_of(there), there);
+  const auto weights = weights_along(vertex_at(back), doubled_area(there), there);
   if (!weights || !is_within(*weights, seam)) return std::nullopt;
   return back;
 }

@@ -24,11 +24,15 @@ struct VertexSweep {
   TrianglePoints start, end;
 
   /// When the vertex goes through the triangle from front to back without coming out again, as a fraction of
-  /// the substep. One that starts behind it by up to `depth` counts as having come from the front.
-  std::optional<double> entry(double depth) const;
+  /// the substep. One that starts behind it by up to `depth` counts as having come from the front; one
+  /// that ends behind it by no more than the slop has not gone through. Triangles reach beyond their edges by
+  /// the seam, in weights, so that nothing slips through between them.
+  std::optional<double> entry(double depth, double slop = 0.0, double seam = 1e-4) const;
 
  private:
-  double height(double time) const;
+  /// Positive in front; twice the area times the height.
+  double side(double time) const;
+  bool passes_by(double seam) const;
   Vec3 vertex_at(double time) const { return from + time * (to - from); }
   TrianglePoints triangle_at(double time) const;
 };

@@ -261,9 +261,16 @@ void ParticleContacts::set_reactions(const SoftBody& body, std::span<const Vec3>
   }
 }
 
-void ParticleContacts::take_forces() {
+Vec3 ParticleContacts::respond(const SoftBody& body, std::int32_t particle, const Vec3& force) const {
+  const Vec3 free = body.inverse_masses[particle] * force;
+  if (!touches(particle)) return free;
+  const Contact& contact = particles_[slot_[particle]];
+  return contact.sticking ? Vec3(Vec3::Zero()) : basis_of(contact).tangential(free);
+}
+
+void ParticleContacts::take_forces(double scale) {
   for (std::size_t b = 0; b < blocked_.size(); ++b) {
-    particles_[slot_[blocked_[b].particle]].push += forces_[b];
+    particles_[slot_[blocked_[b].particle]].push += scale * forces_[b];
     forces_[b].setZero();
   }
 }

@@ -59,8 +59,12 @@ class ParticleContacts {
     return carriers_.take_due(body, particles_, predicted_);
   }
 
-  /// Reads the forces of the last projection, once.
-  void take_forces();
+  /// Reads the forces of the last projection, once; scaled, where its displacement was.
+  void take_forces(double scale = 1.0);
+  /// How a particle moves under a force (kg·m) while its planes hold it.
+  Vec3 respond(const SoftBody& body, std::int32_t particle, const Vec3& force) const;
+  /// Forces from elsewhere have moved x̂ of a particle.
+  void shift(std::int32_t particle, const Vec3& by) { predicted_.add(particle, by); }
   /// Does so, and judges by them. True when a contact was released or torn off, or friction has
   /// changed by more than a twentieth of its limit.
   bool update(const SoftBody& body, bool may_release);

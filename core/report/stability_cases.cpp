@@ -198,6 +198,39 @@ void add_impacts(std::vector<StabilityCase>& cases) {
   cases.push_back(std::move(test));
 }
 
+/// Deformable bodies against each other and against themselves.
+void add_collisions(std::vector<StabilityCase>& cases) {
+  for (double speed : {5.0, 100.0}) {
+    Scene scene = free_flight(cube(3, 1.0), 0.5);
+    scene.bodies[0].velocity = Vec3(speed, 0.0, 0.0);
+    scene.bodies.push_back(placed("target", cube(3, 1.0), Vec3(1.2, 0.1, 0.2)));
+    scene.solver.springs = SpringIntegrator::symplectic;
+    for (SceneBody& body : scene.bodies) body.friction = 0.0;
+    StabilityCase test = make_case("collision", "two cubes at " + std::to_string(std::lround(speed)) + " m/s",
+                                   std::move(scene));
+    test.keeps_momentum = true;
+    cases.push_back(std::move(test));
+  }
+  Scene stack = on_the_ground(cube(3, 1.0), 0.5, 2.0);
+  DeformableBody heavy = cube(3, 1.0);
+  heavy.density = 1e5;
+  stack.bodies.push_back(placed("heavy", heavy, Vec3(0.1, 1.6, 0.05)));
+  StabilityCase test = make_case("collision", "a cube a hundred times heavier on a cube", std::move(stack));
+  test.stops_at = 0.0;
+  cases.push_back(std::move(test));
+
+  DeformableBody bar;
+  bar.shape = LatticeShape{Vec3i(12, 1, 2), 0.25, Vec3(-1.5, 0.0, 0.0)};
+  bar.edge_stiffness = bar.diagonal_stiffness = 1e3;
+  bar.self_contact = true;
+  Scene fold = free_flight(std::move(bar), 2.0);
+  fold.gravity = Vec3(0.0, -9.81, 0.0);
+  AxisBox middle;
+  middle.min.x() = -0.1, middle.max.x() = 0.1;
+  fold.pins.push_back({"cube", middle, std::nullopt});
+  cases.push_back(make_case("collision", "a bar that folds onto itself", std::move(fold)));
+}
+
 void add_borders(std::vector<StabilityCase>& cases) {
   cases.push_back(make_case("border", "one cell", on_the_ground(cube(1, 0.5), 1.0, 1.0)));
 
@@ -259,6 +292,7 @@ std::vector<StabilityCase> stability_cases(StabilityExtent extent) {
   add_starts(cases);
   add_masses(cases);
   add_impacts(cases);
+  add_collisions(cases);
   add_borders(cases);
   add_spin(cases);
   if (extent == StabilityExtent::full) {

@@ -10,6 +10,7 @@
 #include "core/mesh_input/read_mesh.h"
 #include "core/parallel/cancel_scope.h"
 #include "core/scene/start_state.h"
+#include "core/scene/surface_collision.h"
 
 namespace isochor {
 namespace {
@@ -256,6 +257,12 @@ World build_world(const Scene& scene, Progress& progress) {
     soft.tets = std::make_unique<TetInequality>(soft.body);
     if (world.rigid.size() > 0) soft.contacts = std::make_unique<ParticleContacts>(soft.body);
   }
+  const auto meets_itself = [](const SceneBody& body) {
+    const auto* deformable = std::get_if<DeformableBody>(&body.kind);
+    return deformable && deformable->self_contact;
+  };
+  if (world.soft.size() > 1 || std::ranges::any_of(scene.bodies, meets_itself))
+    world.surfaces = std::make_unique<SurfaceCollision>(world);
   return world;
 }
 

@@ -61,22 +61,7 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
   ProjectionResult result;
   bool rough = false;
   for (int round = 0; round < max_contact_rounds; ++round) {
-    bool changed = round == 0;
-    if (round > 0) {
-      step.world.phases.run(Phase::contacts, [&] {
-        if (soft.pressed_implicitly)  // friction and release stand already
-          contacts.take_forces();
-        else
-          changed = contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
-      });
-      answer(step, soft);
-    }
-    step.world.phases.run(Phase::contacts, [&] {
-      changed |= follow_attachments(step.world, soft);
-      changed |= detect_contacts(soft.body, step.world.rigid, step.h, contacts);
-      if (changed) contacts.place(soft.body);
-      if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);
-    });
+    const bool changed = renew_contacts(step, soft, round);
     if (!changed && !rough) break;
     ProjectionRequest request = make_request(step.world, soft);
     rough = changed && round + 1 < max_contact_rounds && !contacts.empty() && !soft.pressed_implicitly;
@@ -95,19 +80,46 @@ void find_inverted(const Substep& step, SceneSoftBody& soft) {
                         [&] { soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions); });
 }
 
-void record(const Substep& step, const SceneSoftBody& soft, const ProjectionResult& result) {
-  StepStats& stats = step.stats;
-  if (!result.kept_directions) ++stats.fallbacks;
-  if (soft.contacts) stats.contacts = soft.contacts->count();
-  if (result.converged) return;
-  stats.feasible = false;
-  if (result.max_error < stats.worst_error) return;
-  stats.worst_error = result.max_error;
-  stats.worst_body = soft.id;
-  stats.worst_cell = result.worst_cell;
+/// Lifts inverted tets, each time followed by contacts and volume; what then still is, the stepper halves the
+/// substep for. True when there were any.
+template <class Meet>
+bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
+  find_inverted(step, soft);
+  if (!soft.inverted || soft.began_inverted) return false;
+  ++step.stats.recoveries;
+  soft.recovered = true;
+  for (int round = 0; round < max_lift_rounds && soft.inverted; ++round) {
+    step.world.phases.run(Phase::inversion, [&] {
+      soft.tets->lift(soft.body, make_request(step.world, soft), round, soft.body.positions);
+    });
+    meet();
+    find_inverted(step, soft);
+  }
+  return true;
 }
 
 }  // namespace
+
+bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
+  ParticleContacts& contacts = *soft.contacts;
+  bool changed = round == 0;
+  if (round > 0) {
+    step.world.phases.run(Phase::contacts, [&] {
+      if (soft.pressed_implicitly)  // friction and release stand already
+        contacts.take_forces();
+      else
+        changed = contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
+    });
+    answer(step, soft);
+  }
+  step.world.phases.run(Phase::contacts, [&] {
+    changed |= follow_attachments(step.world, soft);
+    changed |= detect_contacts(soft.body, step.world.rigid, step.h, contacts);
+    if (changed) contacts.place(soft.body);
+    if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);
+  });
+  return changed;
+}
 
 void hand_out(const Substep& step, SceneSoftBody& soft) {
   for (const DueWrench& due : soft.contacts->take_due(soft.body))
@@ -115,7 +127,7 @@ void hand_out(const Substep& step, SceneSoftBody& soft) {
 }
 
 void constrain(const Substep& step, SceneSoftBody& soft) {
-  const bool began_inverted = soft.inverted;
+  soft.began_inverted = soft.inverted;
   const bool steady = !soft.recovered;
   soft.recovered = false;
   soft.pressed_implicitly = soft.implicit && soft.contacts && step.world.massive.empty();
@@ -134,19 +146,38 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
     return soft.contacts ? project_with_contacts(step, soft)
                          : project(step, soft, make_request(step.world, soft));
   };
-  ProjectionResult result = meet();
-  find_inverted(step, soft);
-  if (soft.inverted && !began_inverted) ++step.stats.recoveries, soft.recovered = true;
-  for (int round = 0; round < max_lift_rounds && soft.inverted && !began_inverted; ++round) {
-    step.world.phases.run(Phase::inversion, [&] {
-      soft.tets->lift(soft.body, make_request(step.world, soft), round, soft.body.positions);
-    });
-    result = meet();
-    find_inverted(step, soft);
-  }
-  record(step, soft, result);
+  soft.projection = meet();
+  lift_inverted(step, soft, [&] { soft.projection = meet(); });
   // What the projection had to move against stiff springs.
   if (soft.pressed_implicitly && step.may_halve) soft.unbalanced = gains_energy(step, soft);
+}
+
+void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance) {
+  ProjectionRequest request = make_request(step.world, soft);
+  request.tolerance = tolerance;
+  if (soft.contacts) request.carriers = soft.contacts->carriers();
+  const bool kept_directions = soft.projection.kept_directions;
+  soft.projection = project(step, soft, request);
+  soft.projection.kept_directions &= kept_directions;
+}
+
+bool lift_inverted(const Substep& step, SceneSoftBody& soft) {
+  return lift_inverted(step, soft, [&] {
+    project_volume(step, soft, step.world.scene.solver.tolerance);
+    if (soft.contacts) soft.contacts->take_forces();
+  });
+}
+
+void record_projection(const Substep& step, const SceneSoftBody& soft) {
+  StepStats& stats = step.stats;
+  const ProjectionResult& result = soft.projection;
+  if (!result.kept_directions) ++stats.fallbacks;
+  if (result.converged) return;
+  stats.feasible = false;
+  if (result.max_error < stats.worst_error) return;
+  stats.worst_error = result.max_error;
+  stats.worst_body = soft.id;
+  stats.worst_cell = result.worst_cell;
 }
 
 void recover_inverted(const Substep& step, SceneSoftBody& soft) {

@@ -26,7 +26,7 @@ double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
 
 bool is_driven(const World& world, const SceneSoftBody& soft) {
   const auto moves = [](const PinnedParticle& pin) { return pin.rigid >= 0; };
-  return !soft.attachments.empty() || std::ranges::any_of(soft.pins, moves) ||
+  return soft.touched || !soft.attachments.empty() || std::ranges::any_of(soft.pins, moves) ||
          (world.grab && world.grab->body == soft.id);
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/dynamics/inversion.h"
 #include "core/scene/detect_contacts.h"
+#include "core/scene/surface_collision.h"
 
 namespace isochor {
 namespace {
@@ -59,6 +60,8 @@ Metrics measure(const World& world, const StepStats& stats) {
       metrics.max_penetration =
           std::max(metrics.max_penetration, deepest_penetration(soft.body, world.rigid, *soft.contacts));
   }
+  if (world.surfaces)
+    metrics.max_penetration = std::max(metrics.max_penetration, world.surfaces->deepest_penetration(world));
   return metrics;
 }
 

@@ -16,6 +16,7 @@ constexpr std::array<const char*, static_cast<std::size_t>(Phase::count)> names{
                                                                                 "rigid_bodies",
                                                                                 "joints",
                                                                                 "contacts",
+                                                                                "surface_contacts",
                                                                                 "friction",
                                                                                 "restitution",
                                                                                 "volume",

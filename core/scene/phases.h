@@ -24,6 +24,7 @@ enum class Phase {
   rigid_bodies,
   joints,
   contacts,
+  surface_contacts,
   friction,
   restitution,
   volume,

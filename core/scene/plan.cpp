@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scene/surface_collision.h"
+
 namespace isochor {
 namespace {
 
@@ -143,14 +145,24 @@ class Planner {
            massive > 0 ? "surface particles against rigid bodies, which give way inside the volume projection"
                        : "surface particles against rigid bodies, inside the volume projection",
            nobody);
+    const std::int64_t folding = std::ranges::count_if(world_.soft, [&](const SceneSoftBody& s) {
+      return std::get<DeformableBody>(world_.scene.bodies[s.id].kind).self_contact;
+    });
+    decide(Phase::surface_contacts, world_.surfaces != nullptr,
+           fmt::format(
+               "{} deformable, {} with contact with itself: surface vertices against triangles, found by a "
+               "spatial hash, solved together with the volumes",
+               world_.soft.size(), folding),
+           soft ? "one deformable body, without contact with itself: no hash" : "no deformable body");
     bool rubs = false, bounces = false;
     for (const SceneBody& body : world_.scene.bodies) {
       rubs |= body.friction > 0.0;
       bounces |= body.restitution > 0.0;
     }
-    decide(Phase::friction, rigid && soft && rubs, "Coulomb's cone, in the contacts' active set",
+    const bool touches = (rigid && soft) || world_.surfaces;
+    decide(Phase::friction, touches && rubs, "Coulomb's cone, in the contacts' active set",
            rubs ? nobody : "friction is zero");
-    decide(Phase::restitution, rigid && soft && bounces, "a body bounces",
+    decide(Phase::restitution, touches && bounces, "a body bounces",
            bounces ? nobody : "restitution is zero");
   }
 
@@ -192,6 +204,7 @@ void measure_phases(World& world) {
   world.phases.set_bytes(Phase::contacts, contacts);
   world.phases.set_bytes(Phase::inversion, inversion);
   world.phases.set_bytes(Phase::symplectic_euler, symplectic);
+  if (world.surfaces) world.phases.set_bytes(Phase::surface_contacts, world.surfaces->bytes());
   world.phases.set_bytes(Phase::implicit_euler, implicit);
   world.phases.set_bytes(Phase::energy_momentum, lively);
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/scene/surface_collision.h"
+
 namespace isochor {
 namespace {
 
@@ -13,7 +15,12 @@ ImplicitScheme scheme_of(SpringIntegrator integrator) {
 }
 
 bool is_in_free_flight(const SceneSoftBody& soft) {
-  return soft.attachments.empty() && (!soft.contacts || soft.contacts->empty());
+  return soft.attachments.empty() && !soft.touched && (!soft.contacts || soft.contacts->empty());
+}
+
+/// Bodies that touch are stepped by implicit Euler, all of them together.
+bool touches_filtered(const SceneSoftBody& soft) {
+  return soft.touched && soft.stepping == SpringIntegrator::energy_momentum;
 }
 
 /// Implicit Euler knows no forces at the end of a substep, so that gravity alone would move what pins and
@@ -71,34 +78,58 @@ void Stepper::advance(double h, int halvings) {
   ++stats_.substeps;
   world_.phases.run(Phase::rigid_bodies, [&] { start_rigid(h); });
   for (SceneSoftBody& soft : world_.soft) predict(step, soft);
+  if (world_.surfaces) begin_collision(step);
   for (SceneSoftBody& soft : world_.soft) constrain(step, soft);
+  bool unbalanced = std::ranges::any_of(world_.soft, &SceneSoftBody::unbalanced);
+  if (world_.surfaces && !(unbalanced && step.may_halve)) unbalanced |= !collide(step);
   const bool inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
-  const bool unbalanced = std::ranges::any_of(world_.soft, &SceneSoftBody::unbalanced);
   if (((inverted && !began_inverted) || unbalanced) && step.may_halve) {
     stats_ = before;
     stats_.smallest_h = std::min(stats_.smallest_h, 0.5 * h);
-    for (SceneSoftBody& soft : world_.soft) {
-      restore_start(soft.body);
-      soft.inverted = began_inverted && any_inverted(*soft.body.mesh, soft.body.positions);
-    }
-    world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.restore_start(); });
+    take_back();
     advance(0.5 * h, halvings + 1);
     advance(0.5 * h, halvings + 1);
+    return;
+  }
+  if (!together_ && std::ranges::any_of(world_.soft, touches_filtered)) {
+    stats_ = before;
+    take_back();
+    together_ = true;
+    advance(h, halvings);
+    together_ = false;
     return;
   }
   for (SceneSoftBody& soft : world_.soft) soft.finished = settle(step, soft);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.move(); });
   for (SceneSoftBody& soft : world_.soft)
+    if (!soft.finished) take_velocities(step, soft);
+  if (world_.surfaces) world_.phases.run(Phase::restitution, [&] { world_.surfaces->contacts().bounce(); });
+  for (SceneSoftBody& soft : world_.soft)
     if (!soft.finished) finish(step, soft);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
+  count_contacts();
   starting_ = false;
+}
+
+void Stepper::count_contacts() {
+  stats_.contacts = world_.surfaces ? std::ssize(world_.surfaces->contacts().contacts()) : 0;
+  for (const SceneSoftBody& soft : world_.soft)
+    if (soft.contacts) stats_.contacts += soft.contacts->count();
+}
+
+void Stepper::take_back() {
+  for (SceneSoftBody& soft : world_.soft) {
+    restore_start(soft.body);
+    soft.inverted = soft.began_inverted && any_inverted(*soft.body.mesh, soft.body.positions);
+  }
+  world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.restore_start(); });
 }
 
 void Stepper::predict(const Substep& step, SceneSoftBody& soft) {
   if (starting_ && soft.inverted && turn_right_side_out(soft.body, soft.body.positions))
     soft.forces_valid = false;
   soft.stepping = soft.integrator;
-  if (soft.integrator == SpringIntegrator::energy_momentum && !is_in_free_flight(soft))
+  if (soft.integrator == SpringIntegrator::energy_momentum && (together_ || !is_in_free_flight(soft)))
     soft.stepping = SpringIntegrator::implicit;
   if (!soft.forces_valid) evaluate_forces(world_, soft);
   keep_start(soft.body);
@@ -123,6 +154,7 @@ bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   if (soft.stepping != SpringIntegrator::energy_momentum) return false;
   if (is_in_free_flight(soft)) {
     const double due = soft.kick_due;
+    take_velocities(step, soft);
     finish(step, soft);
     if (keep_ledger(world_, soft)) return true;
     soft.kick_due = due;
@@ -136,11 +168,15 @@ bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   return false;
 }
 
-void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
+void Stepper::take_velocities(const Substep& step, SceneSoftBody& soft) {
   if (soft.implicit)
     soft.implicit->finish(soft.body, step.h);
   else
     velocities_from_positions(soft.body, step.h);
+  record_projection(step, soft);
+}
+
+void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   if (soft.contacts) {
     hand_out(step, soft);
     world_.phases.run(Phase::restitution, [&] {

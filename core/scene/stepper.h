@@ -20,15 +20,20 @@ class Stepper {
   void start_rigid(double h);
   /// Halves the substep while a tet inverts or an implicit solve fails, at most 5 times.
   void advance(double h, int halvings);
+  /// Back to the start of the substep.
+  void take_back();
   void predict(const Substep& step, SceneSoftBody& soft);
   void move_freely(const Substep& step, SceneSoftBody& soft);
+  void take_velocities(const Substep& step, SceneSoftBody& soft);
   void finish(const Substep& step, SceneSoftBody& soft);
   /// A filtered substep that touches something, or ends with more energy than the ledger allows, is taken
   /// back and stepped by implicit Euler, which gains none. True when it stands, and is finished.
   bool settle(const Substep& step, SceneSoftBody& soft);
+  void count_contacts();
 
   World& world_;
-  bool starting_ = true;  ///< before the first substep has ended
+  bool together_ = false;  ///< no body is stepped by itself
+  bool starting_ = true;   ///< before the first substep has ended
   StepStats stats_;
 };
 

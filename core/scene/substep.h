@@ -25,9 +25,23 @@ void follow_grab(const Substep& step, SceneSoftBody& soft);
 /// Pinned particles go to where they are held at the end of the substep.
 void follow_pins(World& world, SceneSoftBody& soft);
 
-/// Contacts and volume together, the active set of contacts repeated until it stands; then the inequality of
-/// inverted tets, alternating with both. Sets soft.inverted.
+/// Contacts with rigid bodies and volume together, the active set of contacts repeated until it stands; then
+/// the inequality of inverted tets, alternating with both. Sets soft.inverted.
 void constrain(const Substep& step, SceneSoftBody& soft);
+/// One round of that active set; true when it has changed, and the volume with it.
+bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round);
+/// The volume alone, contacts with rigid bodies held.
+void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance);
+/// The inequality of inverted tets, alternating with the volume; true when there were any.
+bool lift_inverted(const Substep& step, SceneSoftBody& soft);
+/// What the last projection of the substep has reached goes into the frame's figures.
+void record_projection(const Substep& step, const SceneSoftBody& soft);
+
+/// Contacts between deformable bodies, from before their volumes are projected.
+void begin_collision(const Substep& step);
+/// These contacts, those with rigid bodies and the volumes of all bodies that touch, together. False when gaps
+/// are left that frames promise to close.
+bool collide(const Substep& step);
 
 /// Contacts of a body whose springs are stepped implicitly with bodies that have no mass to answer: balanced
 /// within the implicit solve, so that all of the body gives way and not the particles at its surface alone.
@@ -42,7 +56,8 @@ void hand_out(const Substep& step, SceneSoftBody& soft);
 void recover_inverted(const Substep& step, SceneSoftBody& soft);
 
 /// What the body may have at the end of the substep: the energy of its start, and the work of what moves it
-/// by contact. Nothing where pins, attachments or the mouse move it, whose work is not known.
+/// by contact. Nothing where pins, attachments, the mouse or other deformable bodies move it,
+/// whose work is not known.
 std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft);
 /// The body, at the end of the substep but with its velocities still to be taken from its positions, has more
 /// energy than it is allowed, by over a twentieth of what it had inside.

@@ -35,17 +35,27 @@ struct SceneSoftBody {
   bool unbalanced = false;          ///< that solve failed
   bool recovered = false;           ///< moved by the inequality of its tets in this substep
   bool inverted = false;            ///< some tet was, at the end of the last substep
+  ProjectionResult projection;      ///< the last of this substep
+  bool began_inverted = false;      ///< some tet was, as the substep began
+  bool touched = false;             ///< by a deformable body in this substep, or by itself
 };
+
+class SurfaceCollision;
 
 /// A compiled scene: what steps.
 struct World {
+  World();
+  World(World&&) noexcept;
+  ~World();
+
   Scene scene;
   PhaseList phases;
   std::vector<SceneSoftBody> soft;
   RigidWorld rigid;
-  std::vector<int> rigid_ids;        ///< index in Scene::bodies of each body of the RigidWorld
-  std::vector<Vec3> rigid_centers;   ///< of mass, in the frames of the scene's bodies
-  std::vector<MassiveBody> massive;  ///< those of them with a mass, as the substep began
+  std::vector<int> rigid_ids;                  ///< index in Scene::bodies of each body of the RigidWorld
+  std::vector<Vec3> rigid_centers;             ///< of mass, in the frames of the scene's bodies
+  std::vector<MassiveBody> massive;            ///< those of them with a mass, as the substep began
+  std::unique_ptr<SurfaceCollision> surfaces;  ///< absent when no deformable body can meet one
   std::optional<Grab> grab;
   int substeps = 1;  ///< a frame
 };
