@@ -12,6 +12,9 @@ namespace {
 
 /// Substeps up to which symplectic Euler is both the cheapest and by far the most accurate choice.
 constexpr int cheap_substeps = 15;
+/// Where deformable bodies meet: those stepped implicitly are pushed apart against their springs, which then
+/// hold more energy than the impact had.
+constexpr int meeting_substeps = 60;
 /// Beyond this a frame of symplectic steps is refused even when asked for.
 constexpr int most_substeps = 20000;
 
@@ -76,9 +79,11 @@ class Planner {
     const SolverOptions& solver = world_.scene.solver;
     if (springs.edges.empty() && springs.diagonals.empty()) return SpringIntegrator::symplectic;
     if (solver.springs != SpringIntegrator::automatic) return solver.springs;
-    return needed > std::max(cheap_substeps, solver.substeps) ? SpringIntegrator::implicit
-                                                              : SpringIntegrator::symplectic;
+    return needed > std::max(affordable_substeps(), solver.substeps) ? SpringIntegrator::implicit
+                                                                     : SpringIntegrator::symplectic;
   }
+
+  int affordable_substeps() const { return world_.surfaces ? meeting_substeps : cheap_substeps; }
 
   std::string why(double needed, SpringIntegrator chosen) const {
     if (chosen == SpringIntegrator::symplectic)
@@ -87,7 +92,7 @@ class Planner {
     const std::string bound =
         fmt::format("would need {} symplectic substeps a frame by the Gershgorin bound", needed);
     if (world_.scene.solver.springs == SpringIntegrator::automatic)
-      return fmt::format("{}, more than {}", bound, cheap_substeps);
+      return fmt::format("{}, more than {}", bound, affordable_substeps());
     return fmt::format("is asked to be; it {}", bound);
   }
 

@@ -39,8 +39,8 @@ void record_projection(const Substep& step, const SceneSoftBody& soft);
 
 /// Contacts between deformable bodies, from before their volumes are projected.
 void begin_collision(const Substep& step);
-/// These contacts, those with rigid bodies and the volumes of all bodies that touch, together. False when gaps
-/// are left that frames promise to close.
+/// These contacts, those with rigid bodies and the volumes of all bodies that touch, together. False when
+/// gaps are left that frames promise to close.
 bool collide(const Substep& step);
 
 /// Contacts of a body whose springs are stepped implicitly with bodies that have no mass to answer: balanced
