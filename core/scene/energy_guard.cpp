@@ -24,10 +24,14 @@ double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
   return taken;
 }
 
-bool is_driven(const World& world, const SceneSoftBody& soft) {
+bool is_held_or_dragged(const World& world, const SceneSoftBody& soft) {
   const auto moves = [](const PinnedParticle& pin) { return pin.rigid >= 0; };
-  return soft.touched || !soft.attachments.empty() || std::ranges::any_of(soft.pins, moves) ||
+  return !soft.attachments.empty() || std::ranges::any_of(soft.pins, moves) ||
          (world.grab && world.grab->body == soft.id);
+}
+
+bool is_driven(const World& world, const SceneSoftBody& soft) {
+  return soft.touched || is_held_or_dragged(world, soft);
 }
 
 }  // namespace
@@ -60,6 +64,26 @@ bool keep_ledger(const World& world, SceneSoftBody& soft) {
   if (!(excess > 0.0)) return true;
   const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
   return damp_about(motion, excess, body) == excess;
+}
+
+void hold_collision_energy(World& world) {
+  constexpr double margin = 0.02;  // symplectic steps swing by as much
+  const Vec3& gravity = world.scene.gravity;
+  double excess = 0.0, inside = 0.0;
+  for (const SceneSoftBody& soft : world.soft) {
+    if (!soft.touched) continue;
+    if (is_held_or_dragged(world, soft)) return;
+    const SoftBody& body = soft.body;
+    const double work = soft.contacts ? soft.contacts->work(body) : 0.0;
+    const double energy = total_energy(body, gravity);
+    excess += energy - start_energy(body, gravity) - std::max(work, 0.0);
+    inside += energy - gravity_energy(body, gravity);
+  }
+  if (!(excess > margin * inside)) return;
+  for (SceneSoftBody& soft : world.soft)
+    if (soft.touched && !soft.body.has_pins && excess > 0.0)
+      excess -=
+          damp_about(rigid_part(soft.body, soft.body.positions, soft.body.velocities), excess, soft.body);
 }
 
 void hold_energy(const World& world, SceneSoftBody& soft) {

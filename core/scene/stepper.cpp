@@ -106,6 +106,7 @@ void Stepper::advance(double h, int halvings) {
   if (world_.surfaces) world_.phases.run(Phase::restitution, [&] { world_.surfaces->contacts().bounce(); });
   for (SceneSoftBody& soft : world_.soft)
     if (!soft.finished) finish(step, soft);
+  if (world_.surfaces) world_.phases.run(Phase::surface_contacts, [&] { hold_collision_energy(world_); });
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
   count_contacts();
   starting_ = false;

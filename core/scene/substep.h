@@ -65,6 +65,9 @@ bool gains_energy(const Substep& step, const SceneSoftBody& soft);
 /// A body that swings freely has no more energy than its ledger: what the solve has left over is taken from
 /// its deformation. False when that has not enough.
 bool keep_ledger(const World& world, SceneSoftBody& soft);
+/// Deformable bodies that meet have no more energy together than before, or what was put in: the rest is
+/// taken from their deformation, which carries no momentum.
+void hold_collision_energy(World& world);
 /// Recovery must not add energy: slows down the body's deformation until it has what it is allowed; in
 /// contact, where momentum is not its own, all of its motion.
 void hold_energy(const World& world, SceneSoftBody& soft);
