@@ -48,6 +48,7 @@ std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& option
 }
 
 std::int64_t AuthoringPipeline::count_tets(const MeshingOptions& options, Progress& progress) {
+  const CancelScope scope(progress);
   check_budget(stages_->size(), options, memory_budget());
   return 5 * stages_->run_to_lattice(options, progress)->lattice->kept_count;
 }

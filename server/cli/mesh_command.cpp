@@ -136,6 +136,14 @@ void print_result(const CliContext& context, const MeshCommand& command, const I
   context.print_json(document);
 }
 
+void warn_off_budget(const CliContext& context, const Model& model, std::int64_t wanted) {
+  const auto tets = static_cast<std::int64_t>(model.mesh().tets.size());
+  if (10 * std::abs(tets - wanted) <= wanted) return;
+  const bool most_cells = model.options.lattice.cells + 2 > model.options.voxels / 2;
+  context.warning(fmt::format("{} are the closest to {} that a lattice has{}", counted(tets, "tets"), wanted,
+                              most_cells && tets < wanted ? ": more voxels allow more cells" : ""));
+}
+
 void run_mesh(CliContext& context, const MeshCommand& command) {
   MeshingOptions options = command.parameters.resolve();
   const auto gates = parse_gates(command.require);
@@ -153,6 +161,7 @@ void run_mesh(CliContext& context, const MeshCommand& command) {
   }
   check_gates(*model, gates);
   print_result(context, command, input, *model, write_outputs(command, *model));
+  if (command.budget_tets > 0) warn_off_budget(context, *model, command.budget_tets);
   if (const auto fault = shortfall(*model)) {
     std::fputs(fmt::format("error: the model is incomplete: {}\nhint: {}; what was made is written, to be "
                            "looked at\n",

@@ -217,6 +217,9 @@ class Report(ProgramTest):
         counts = [tets(["--cells", cells]) for cells in range(4, 33, 2)]
         for wanted in (500, 3000, 10000, 10**7):
             self.assertEqual(abs(tets(["--budget-tets", wanted]) - wanted), min(abs(n - wanted) for n in counts))
+        far = self.run_program("mesh", MESHES / "sphere.obj", "-o", self.folder / "t.msh", "--voxels", "64", "--budget-tets",
+                               "10000000").stderr.decode()
+        self.assertIn("the closest to 10000000 that a lattice has: more voxels allow more cells", far)
 
 
 if __name__ == "__main__":
