@@ -103,6 +103,20 @@ void ContactCarriers::load(SoftBody& body, std::span<const ParticleContact> cont
   carriers_.clear();
   if (empty()) return;
   sum_reactions(body, contacts, predicted);
+  list_particles(body, contacts);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& b = bodies_[i];
+    if (b.particles.empty()) continue;
+    RigidCarrier carrier;
+    carrier.particles = b.particles;
+    carrier.inverse_mass = combined_mass(body, b).inverse();
+    const Vector6 q = -(carrier.inverse_mass * (reactions_[i] + b.given));
+    for (const CarriedParticle& p : b.particles) body.positions.add(p.particle, p.map * q);
+    carriers_.push_back(carrier);
+  }
+}
+
+void ContactCarriers::list_particles(const SoftBody& body, std::span<const ParticleContact> contacts) {
   for (Body& b : bodies_) b.touching = 0.0, b.particles.clear();
   for (const ParticleContact& contact : contacts) {
     const ContactDirections directions = directions_of(contact);
@@ -114,16 +128,30 @@ void ContactCarriers::load(SoftBody& body, std::span<const ParticleContact> cont
       b->touching += body.masses[contact.particle];
     }
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Body& b = bodies_[i];
-    if (b.particles.empty()) continue;
-    RigidCarrier carrier;
-    carrier.particles = b.particles;
-    carrier.inverse_mass = combined_mass(body, b).inverse();
-    const Vector6 q = -(carrier.inverse_mass * (reactions_[i] + b.given));
-    for (const CarriedParticle& p : b.particles) body.positions.add(p.particle, p.map * q);
-    carriers_.push_back(carrier);
+}
+
+const CarrierSpace& ContactCarriers::yielding(const SoftBody& body, std::span<const ParticleContact> contacts,
+                                              const ComplianceOf& compliance_of) {
+  list_particles(body, contacts);
+  std::vector<CompliantBody> touched;
+  for (const Body& b : bodies_)
+    if (!b.particles.empty()) touched.push_back({b.particles, compliance_of(source_of(b)), b.given});
+  for (const ParticleContact& contact : contacts) {
+    if (contact.sticking) continue;  // its friction is in what blocks it
+    const ContactDirections directions = directions_of(contact);
+    for (int k = 0; k < contact.planes; ++k) {
+      const Body* b = find(contact.plane[k].source);
+      if (!b) continue;
+      const Vec3 arm = body.start_positions.at(contact.particle) - b->at_start.center;
+      const Vec3 force = share_of(contact, directions, k, contact.friction);
+      const auto of = std::ranges::find(touched, b->particles.data(),
+                                        [](const CompliantBody& t) { return t.particles.data(); });
+      of->owed.head<3>() += force;
+      of->owed.tail<3>() += arm.cross(force);
+    }
   }
+  space_.build(touched);
+  return space_;
 }
 
 void ContactCarriers::sum_reactions(const SoftBody& body, std::span<const ParticleContact> contacts,
@@ -149,13 +177,19 @@ std::span<const DueWrench> ContactCarriers::take_due(const SoftBody& body,
   due_.clear();
   if (empty()) return due_;
   sum_reactions(body, contacts, predicted);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Vector6 due = -(reactions_[i] + bodies_[i].given);
-    bodies_[i].given += due;
-    if (!due.isZero(0.0))
-      due_.push_back({source_of(bodies_[i]), bodies_[i].at_start.center, due.head<3>(), due.tail<3>()});
-  }
+  for (std::size_t i = 0; i < bodies_.size(); ++i) give(bodies_[i], -(reactions_[i] + bodies_[i].given));
   return due_;
+}
+
+std::span<const DueWrench> ContactCarriers::take_back() {
+  due_.clear();
+  for (Body& body : bodies_) give(body, -body.given);
+  return due_;
+}
+
+void ContactCarriers::give(Body& body, const Vector6& due) {
+  body.given += due;
+  if (!due.isZero(0.0)) due_.push_back({source_of(body), body.at_start.center, due.head<3>(), due.tail<3>()});
 }
 
 }  // namespace isochor

@@ -1,8 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <functional>
 #include <span>
 #include <vector>
 
+#include "core/dynamics/carrier_space.h"
 #include "core/dynamics/particle_contact.h"
 #include "core/dynamics/soft_body.h"
 
@@ -21,6 +23,9 @@ struct DueWrench {
   int source = 0;
   Vec3 center, push, moment;
 };
+
+/// How a body answers to a wrench about its centre, m and radians per kg m.
+using ComplianceOf = std::function<Eigen::Matrix<double, 6, 6>(int source)>;
 
 /// Speed that a particle is to gain along the normal against the body that it bounces off.
 struct BounceGain {
@@ -45,10 +50,16 @@ class ContactCarriers {
   void load(SoftBody& body, std::span<const ParticleContact> contacts, const Coordinates& predicted);
   std::span<RigidCarrier> carriers() { return carriers_; }
 
+  /// The same for a solve with all of the body.
+  const CarrierSpace& yielding(const SoftBody& body, std::span<const ParticleContact> contacts,
+                               const ComplianceOf& compliance_of);
+
   /// What the reactions ask for beyond what was handed out before, impulse times h as they are; counts as
   /// handed out from now on.
   std::span<const DueWrench> take_due(const SoftBody& body, std::span<const ParticleContact> contacts,
                                       const Coordinates& predicted);
+  /// Takes back what was handed out: the same list, of the opposite.
+  std::span<const DueWrench> take_back();
   /// Gives the particles that they carry, and the bodies in return, all gains at once; impulses in kg m/s.
   std::span<const DueWrench> bounce(SoftBody& body, std::span<const BounceGain> gains);
   /// Part of a particle's mass that friction may count on: touched bodies lighter than what rubs on them
@@ -67,12 +78,15 @@ class ContactCarriers {
   Eigen::Matrix<double, 6, 6> combined_mass(const SoftBody& body, const Body& of) const;
   Body* find(int source);
   const Body* find(int source) const { return const_cast<ContactCarriers*>(this)->find(source); }
+  void give(Body& body, const Vector6& due);
+  void list_particles(const SoftBody& body, std::span<const ParticleContact> contacts);
   void sum_reactions(const SoftBody& body, std::span<const ParticleContact> contacts,
                      const Coordinates& predicted);
 
   std::vector<Body> bodies_;  ///< by source
   std::vector<Vector6> reactions_;
   std::vector<RigidCarrier> carriers_;
+  CarrierSpace space_;
   std::vector<DueWrench> due_;
 };
 

@@ -11,6 +11,7 @@ namespace isochor {
 namespace {
 
 constexpr int most_iterations = 500;
+const CarrierSpace nothing;
 constexpr int most_steps = 12;
 
 Eigen::Matrix3d rotation_by(const Vec3& turn) {
@@ -33,6 +34,12 @@ ISOCHOR_MULTIVERSION void set_mean(const double* a, const double* b, double* __r
   for (std::size_t i = 0; i < size; ++i) out[i] = 0.5 * (a[i] + b[i]);
 }
 
+bool is_finite(const Coordinates& x) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += x.x[i] + x.y[i] + x.z[i];
+  return std::isfinite(sum);
+}
+
 double inertia_weight(ImplicitScheme scheme) {
   return scheme == ImplicitScheme::energy_momentum ? 2.0 : 1.0;
 }
@@ -48,6 +55,7 @@ ImplicitStep::ImplicitStep(const SoftBody& body)
       deformation_(body.size()),
       middle_(body.size()),
       balance_(body.size()),
+      free_(body.size()),
       solved_(body.size()),
       prescribed_(body.size()),
       right_side_(body.size(), body.mesh->cells.size()),
@@ -102,6 +110,7 @@ void ImplicitStep::find_balance(const SoftBody& body) {
 bool ImplicitStep::take_prescribed(SoftBody& body, const Hold& hold, int count) {
   bool any = false;
   if (count == 0) {
+    carried_ = Eigen::VectorXd::Zero(hold.carriers.size());
     targets_.clear();
     for (const BlockedParticle& held : hold.blocked) targets_.push_back(body.positions.at(held.particle));
     for (std::size_t i = 0; i < body.size(); ++i) {
@@ -146,7 +155,7 @@ double ImplicitStep::newton_step(SoftBody& body, const Hold& hold, double tolera
     at = &middle_;
   }
   const bool fresh = count < hold.fresh_matrices;
-  if (fresh) solver_.linearize(body, *at, theta * h_ * h_ / c, h_ / c, hold.blocked);
+  if (fresh) solver_.linearize(body, *at, theta * h_ * h_ / c, h_ / c, hold.blocked, hold.carriers);
   if (!fresh || at != &body.positions) solver_.measure(body, body.positions);
   find_balance(body);
   right_side_.nodes = balance_;
@@ -154,16 +163,28 @@ double ImplicitStep::newton_step(SoftBody& body, const Hold& hold, double tolera
     right_side_.nodes.add(hold.blocked[b].particle, -hold.pushes[b]);
   for (auto* axis : {&right_side_.nodes.x, &right_side_.nodes.y, &right_side_.nodes.z})
     for (double& r : *axis) r = -r;
+  hold.carriers.subtract_imbalance(carried_, right_side_.nodes);
   for (std::size_t i = 0; i < body.rest_volumes.size(); ++i)
     right_side_.cells[i] = body.rest_volumes[i] - solver_.volumes()[i];
   if (prescribed) solver_.subtract(body, prescribed_, right_side_);
   const double lacking = solver_.norm(body, right_side_);
   solver_.solve(body, right_side_, step_, tolerance, most_iterations);
+  give_way(hold);
   if (prescribed)
     for (std::size_t i = 0; i < body.size(); ++i) step_.nodes.add(i, prescribed_.at(i));
   move(body);
   add_scaled(1.0, step_.cells.data(), multipliers_.data(), multipliers_.size());
   return lacking;
+}
+
+/// The targets go with what carries them.
+void ImplicitStep::give_way(const Hold& hold) {
+  if (hold.carriers.empty()) return;
+  const Eigen::VectorXd step = hold.carriers.restricted(step_.nodes);
+  carried_ += step;
+  for (auto* axis : {&middle_.x, &middle_.y, &middle_.z}) std::ranges::fill(*axis, 0.0);
+  hold.carriers.expand(step, middle_);
+  for (std::size_t b = 0; b < hold.blocked.size(); ++b) targets_[b] += middle_.at(hold.blocked[b].particle);
 }
 
 /// Until what was lacking before the last step is, as an energy, lacking²/h², a hundredth of the energy
@@ -175,6 +196,10 @@ bool ImplicitStep::iterate(SoftBody& body, const Hold& hold, double tolerance, d
   for (int k = 0; k < most_steps; ++k) {
     lacking = newton_step(body, hold, tolerance, k);
     if (k == 0) first = lacking;
+    if (!is_finite(body.positions)) {
+      body.positions = solved_;
+      return false;
+    }
     if (lacking <= affordable && lacking <= std::max(balanced * first, 0.1 * affordable)) break;
   }
   solved_ = body.positions;
@@ -184,20 +209,22 @@ bool ImplicitStep::iterate(SoftBody& body, const Hold& hold, double tolerance, d
 void ImplicitStep::solve(SoftBody& body) {
   // The forces end up in balance to a hundredth, so that the ledger has next to nothing to correct.
   if (scheme_ == ImplicitScheme::energy_momentum)
-    iterate(body, {{}, {}, 2}, 0.1, 0.1, internal_energy_);
+    iterate(body, {{}, {}, nothing, 2}, 0.1, 0.1, internal_energy_);
   else if (body.has_pins)  // nothing turns with it, so that its path must be found
-    iterate(body, {{}, {}, most_steps}, 0.02, 0.02, energy_);
+    iterate(body, {{}, {}, nothing, most_steps}, 0.02, 0.02, energy_);
   else
-    newton_step(body, {{}, {}, 1}, 1e-3, 0);
-  solved_ = body.positions;
-  if (body.has_pins) return;
-  restore_momentum(body);
-  solved_ = body.positions;
+    newton_step(body, {{}, {}, nothing, 1}, 1e-3, 0);
+  if (!body.has_pins) restore_momentum(body);
+  solved_ = free_ = body.positions;
+}
+
+void ImplicitStep::release(SoftBody& body) {
+  body.positions = solved_ = free_;
 }
 
 bool ImplicitStep::solve(SoftBody& body, std::span<const BlockedParticle> blocked,
-                         std::span<const Vec3> pushes) {
-  const bool balanced = iterate(body, {blocked, pushes, most_steps}, 0.02, 0.02, energy_);
+                         std::span<const Vec3> pushes, const CarrierSpace& carriers) {
+  const bool balanced = iterate(body, {blocked, pushes, carriers, most_steps}, 0.02, 0.02, energy_);
   solver_.measure(body, body.positions);
   find_balance(body);
   return balanced;
@@ -226,7 +253,7 @@ void ImplicitStep::restore_momentum(SoftBody& body) {
   }
 }
 
-void ImplicitStep::finish(SoftBody& body, double h) {
+void ImplicitStep::finish(SoftBody& body, double h, const std::optional<Vec3>& push) {
   velocities_from_positions(body, h);
   const double both = scheme_ == ImplicitScheme::energy_momentum ? 1.0 : 0.0;
   if (body.has_pins) {
@@ -236,7 +263,8 @@ void ImplicitStep::finish(SoftBody& body, double h) {
   }
   const Vec3 angular_momentum = moment(body, body.start_positions, body.velocities);
   const Vec3 start = mass_center(body, body.start_positions), end = mass_center(body, body.positions);
-  const Vec3 velocity = (end - start) / h;
+  const Vec3 velocity =
+      push ? Vec3(motion_.velocity + *push / (h * body.total_mass)) : Vec3((end - start) / h);
   // d, turned to the end of the step.
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 moved = body.positions.at(i) - end - rotation_ * (body.start_positions.at(i) - start);
@@ -249,7 +277,7 @@ void ImplicitStep::finish(SoftBody& body, double h) {
 }
 
 std::int64_t ImplicitStep::bytes() const {
-  const std::size_t doubles = 8 * 3 * turned_.size() + 3 * multipliers_.size();
+  const std::size_t doubles = 9 * 3 * turned_.size() + 3 * multipliers_.size();
   return solver_.bytes() + static_cast<std::int64_t>(doubles * sizeof(double));
 }
 

@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "core/dynamics/rigid_part.h"
 #include "core/dynamics/saddle_solver.h"
 
@@ -25,14 +27,19 @@ class ImplicitStep {
   /// pinned. Its volumes are right to the first order of what is left. In free flight linear
   /// and angular momentum are kept to round-off.
   void solve(SoftBody& body);
-  /// The same in contact: blocked particles stay where they are along what blocks them, and `pushes` (kg·m,
-  /// one each) work along the rest. Takes Newton steps until forces balance to a hundredth; false when a
-  /// dozen do not.
-  bool solve(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes);
+  /// The same in contact: blocked particles stay where they are along what blocks them, but for how the
+  /// bodies that carry them give way, and `pushes` (kg·m, one each) work along the rest. Takes Newton steps
+  /// until forces balance to a hundredth; false when a dozen do not.
+  bool solve(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes,
+             const CarrierSpace& carriers);
   /// What holds the blocked particles there, impulse times h (kg·m).
   std::span<const Vec3> reactions(std::span<const BlockedParticle> blocked);
-  /// Velocities of the end positions, turned with the body.
-  void finish(SoftBody& body, double h);
+  /// Back to where solve(body) has left it, without contacts.
+  void release(SoftBody& body);
+  /// Velocities of the end positions, turned with the body. Given what contacts have pushed (impulse times h,
+  /// kg·m), the body's linear momentum differs by it from that of the start to round-off: what the solve has
+  /// left over counts no more. Angular momentum is that of the path: more would add energy to what rolls.
+  void finish(SoftBody& body, double h, const std::optional<Vec3>& push = {});
 
   std::int64_t bytes() const;
 
@@ -42,11 +49,13 @@ class ImplicitStep {
   struct Hold {
     std::span<const BlockedParticle> blocked;
     std::span<const Vec3> pushes;
+    const CarrierSpace& carriers;
     int fresh_matrices;
   };
   bool take_prescribed(SoftBody& body, const Hold& hold, int count);
   void move(SoftBody& body);
   double newton_step(SoftBody& body, const Hold& hold, double tolerance, int count);
+  void give_way(const Hold& hold);
   bool iterate(SoftBody& body, const Hold& hold, double tolerance, double balanced, double energy);
   void restore_momentum(SoftBody& body);
 
@@ -58,10 +67,12 @@ class ImplicitStep {
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();
   Coordinates turned_, deformation_;  ///< x', h·R(d)
   Coordinates middle_, balance_;      ///< where J is taken; M(x − x̂) + h²/c·F − h²/c·Jᵀμ
+  Coordinates free_;                  ///< solved without contacts
   Coordinates solved_, prescribed_;   ///< the last solution, and what was moved since
   SaddleVector right_side_, step_;
   std::vector<double> multipliers_;
   std::vector<Vec3> reactions_, targets_;  ///< of the blocked particles
+  Eigen::VectorXd carried_;                ///< how far what carries them has given way
 };
 
 }  // namespace isochor

@@ -282,7 +282,7 @@ bool ParticleContacts::update(const SoftBody& body, bool may_release) {
     const std::int32_t i = blocked_[b].particle;
     Contact& contact = particles_[slot_[i]];
     if (contact.attached) continue;
-    const Vec3 reaction = body.masses[i] * (body.positions.at(i) - predicted_.at(i)) - contact.push;
+    const Vec3 reaction = this->reaction(body, contact);
     if (may_release && release(contact, reaction)) {
       changed = true;
       continue;
@@ -366,14 +366,22 @@ void ParticleContacts::give_back(SoftBody& body) const {
   for (const HeldKick& held : held_back_) body.velocities.add(held.particle, held.velocity);
 }
 
+Vec3 ParticleContacts::reaction(const SoftBody& body, const Contact& contact) const {
+  const std::int32_t i = contact.particle;
+  return body.masses[i] * (body.positions.at(i) - predicted_.at(i)) - contact.push;
+}
+
+Vec3 ParticleContacts::push(const SoftBody& body) const {
+  Vec3 sum = Vec3::Zero();
+  for (const Contact& contact : particles_)
+    if (contact.planes > 0) sum += reaction(body, contact);
+  return sum;
+}
+
 double ParticleContacts::work(const SoftBody& body) const {
   double sum = 0.0;
-  for (const Contact& contact : particles_) {
-    if (contact.planes == 0) continue;
-    const std::int32_t i = contact.particle;
-    const Vec3 reaction = body.masses[i] * (body.positions.at(i) - predicted_.at(i)) - contact.push;
-    sum += reaction.dot(mean_shift(contact));
-  }
+  for (const Contact& contact : particles_)
+    if (contact.planes > 0) sum += reaction(body, contact).dot(mean_shift(contact));
   return sum / (h_ * h_);
 }
 

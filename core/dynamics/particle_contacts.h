@@ -53,11 +53,19 @@ class ParticleContacts {
   /// The bodies of begin() give way to what presses on them, and move on with their particles within the
   /// projection.
   void carry(SoftBody& body) { carriers_.load(body, particles_, predicted_); }
+  /// For a solve that moves the whole body: how they give way then.
+  const CarrierSpace& yielding(const SoftBody& body, const ComplianceOf& compliance_of) {
+    return carriers_.yielding(body, particles_, compliance_of);
+  }
   std::span<RigidCarrier> carriers() { return carriers_.carriers(); }
   /// What these bodies are due since the last call.
   std::span<const DueWrench> take_due(const SoftBody& body) {
     return carriers_.take_due(body, particles_, predicted_);
   }
+
+  std::span<const DueWrench> take_back() { return carriers_.take_back(); }
+  /// The sum of all reactions, kg·m.
+  Vec3 push(const SoftBody& body) const;
 
   /// Reads the forces of the last projection, once; scaled, where its displacement was.
   void take_forces(double scale = 1.0);
@@ -103,6 +111,7 @@ class ParticleContacts {
   const Memory* recall(std::int32_t particle) const;
   void guess_friction(const SoftBody& body, Contact& contact) const;
   Vec3 target(const SoftBody& body, const Contact& contact) const;
+  Vec3 reaction(const SoftBody& body, const Contact& contact) const;
   bool release(Contact& contact, const Vec3& reaction);
   bool rub(const SoftBody& body, Contact& contact, const Vec3& reaction);
 

@@ -147,8 +147,10 @@ SaddleSolver::SaddleSolver(const SoftBody& body)
 }
 
 void SaddleSolver::linearize(const SoftBody& body, const Coordinates& positions, double stiffness_weight,
-                             double damping_weight, std::span<const BlockedParticle> blocked) {
+                             double damping_weight, std::span<const BlockedParticle> blocked,
+                             const CarrierSpace& carriers) {
   blocked_ = blocked;
+  carriers_ = &carriers;
   tangent_.linearize(body.springs, body.material, positions, stiffness_weight, damping_weight);
   rows_.linearize(*body.mesh, positions);
   center_.setZero();
@@ -188,8 +190,11 @@ void SaddleSolver::filter(const SoftBody& body, Coordinates& v) const {
   if (body.has_pins)
     for (std::size_t i = 0; i < body.size(); ++i)
       if (!(body.inverse_masses[i] > 0.0)) v.set(i, Vec3::Zero());
+  if (blocked_.empty()) return;
+  const Eigen::VectorXd& carried = carriers_->restricted(v);
   for (const BlockedParticle& held : blocked_)
     v.set(held.particle, body.masses[held.particle] * (held.inverse_mass * v.at(held.particle)));
+  carriers_->expand(carried, v);
 }
 
 void SaddleSolver::multiply(const SoftBody& body, const Coordinates& p, Coordinates& product) const {
@@ -221,6 +226,7 @@ void SaddleSolver::build_rigid(const SoftBody& body) {
     expand(Vector6::Unit(mode), rigid_);
     filter(body, rigid_);
     multiply(body, rigid_, image);
+    carriers_->add_resistance(rigid_, image);
     filter(body, image);
     stiffness.col(mode) = restrict_to_rigid(image);
   }
@@ -275,6 +281,7 @@ void SaddleSolver::apply(const SoftBody& body, const SaddleVector& from, SaddleV
                          SaddleVector& image) {
   precondition(body, from, preconditioned);
   multiply(body, preconditioned.nodes, image.nodes);
+  carriers_->add_resistance(preconditioned.nodes, image.nodes);
   rows_.add_transposed(preconditioned.cells, -1.0, image.nodes);
   filter(body, image.nodes);
   for (std::size_t c = 0; c < divergence_.size(); ++c)

@@ -1,4 +1,5 @@
 #pragma once
+#include "core/dynamics/carrier_space.h"
 #include "core/dynamics/saddle_preconditioner.h"
 #include "core/dynamics/soft_body.h"
 #include "core/dynamics/spring_tangent.h"
@@ -17,7 +18,8 @@ struct SaddleVector {
 
 /// Solves (A −Jᵀ; J 0)·(u, μ) = (f, g) with A = M + T, T = aK + bC of the springs (SpringTangent) and J of
 /// the cell volumes: stiff springs and constant volume at once. u stays zero where particles are pinned and
-/// along blocked directions (filtered [Baraff & Witkin 1998]). Flexible GMRES [Saad 1993], since the
+/// along blocked directions (filtered [Baraff & Witkin 1998]), except as rigid bodies carry them there, whose
+/// resistance A has in addition. Flexible GMRES [Saad 1993], since the
 /// preconditioner rounds to float, with the lower triangle (A 0; J S), S = J A⁻¹ Jᵀ, from the right: inverses
 /// of A and S by BoxPreconditioner or by their diagonals, and A's exact on the six rigid modes, whose
 /// stiffness is M alone and may be 1e-10 of the rest.
@@ -25,9 +27,10 @@ class SaddleSolver {
  public:
   explicit SaddleSolver(const SoftBody& body);
 
-  /// Takes A and J at these positions. blocked: until the next call.
+  /// Takes A and J at these positions. blocked, and what carries them, until the next call.
   void linearize(const SoftBody& body, const Coordinates& positions, double stiffness_weight,
-                 double damping_weight, std::span<const BlockedParticle> blocked);
+                 double damping_weight, std::span<const BlockedParticle> blocked,
+                 const CarrierSpace& carriers);
   /// Until the residual is tolerance times the right-hand side, both in norm(). Returns the iterations.
   int solve(const SoftBody& body, const SaddleVector& right_side, SaddleVector& solution, double tolerance,
             int max_iterations);
@@ -70,6 +73,7 @@ class SaddleSolver {
   std::optional<BoxPreconditioner> box_;
   bool chosen_ = false;
   std::span<const BlockedParticle> blocked_;
+  const CarrierSpace* carriers_ = nullptr;
   SpringTangent::Blocks inverse_blocks_;
   SaddleVector weights_;  ///< 1/diagonals; of the nodes in x
   Eigen::Matrix<double, 6, 6> rigid_inverse_;

@@ -27,13 +27,17 @@ double gathered_rate(const ConstraintRow& row, std::span<const SolverBody> bodie
          row.spin_a.dot(a.angular_impulse) - row.spin_b.dot(b.angular_impulse);
 }
 
-void give(ConstraintRow& row, double impulse, std::span<SolverBody> bodies) {
+void add_momenta(const ConstraintRow& row, double impulse, std::span<SolverBody> bodies) {
   SolverBody &a = bodies[index(row.a)], &b = bodies[index(row.b)];
-  row.impulse += impulse;
   a.impulse += impulse * row.impulse_on.linear;
   a.angular_impulse += impulse * row.impulse_on.angular_a;
   b.impulse -= impulse * row.impulse_on.linear;
   b.angular_impulse -= impulse * row.impulse_on.angular_b;
+}
+
+void give(ConstraintRow& row, double impulse, std::span<SolverBody> bodies) {
+  row.impulse += impulse;
+  add_momenta(row, impulse, bodies);
 }
 
 /// Entry of the matrix J M⁻¹ Jᵀ: the rate of row p per impulse of row q.
@@ -214,6 +218,23 @@ bool ImpulseSolver::solve_directly(ConstraintSet& set, std::span<SolverBody> bod
     if (step < 1.0) break;
   }
   return true;
+}
+
+void ImpulseSolver::hold(const ConstraintSet& set, std::span<const SolverBody> bodies) {
+  choose_active(set, bodies);
+  holds_ = assemble(set, bodies);
+}
+
+void ImpulseSolver::respond(const ConstraintSet& set, std::span<SolverBody> bodies) {
+  if (!holds_) return;
+  unknowns_.resize(active_.size());
+  for (int pass = 0; pass < refinements; ++pass) {
+    for (std::size_t i = 0; i < active_.size(); ++i)
+      unknowns_[i] = -gathered_rate(set.rows[index(active_[i])], bodies);
+    factor_.solve(unknowns_);
+    for (std::size_t i = 0; i < active_.size(); ++i)
+      add_momenta(set.rows[index(active_[i])], unknowns_[i], bodies);
+  }
 }
 
 /// The part of the way to the solution on which no contact comes to pull and none leaves Coulomb's cone. The

@@ -59,6 +59,11 @@ class ImpulseSolver {
   /// Returns the violation left.
   double solve(ConstraintSet& set, std::span<SolverBody> bodies, double tolerance);
 
+  /// Which rows hold as equations, by their impulses; for respond().
+  void hold(const ConstraintSet& set, std::span<const SolverBody> bodies);
+  /// Adds to the bodies' momenta those by which the rows held answer them.
+  void respond(const ConstraintSet& set, std::span<SolverBody> bodies);
+
  private:
   double sweep(ConstraintSet& set, std::span<SolverBody> bodies);
   bool solve_directly(ConstraintSet& set, std::span<SolverBody> bodies);
@@ -69,6 +74,7 @@ class ImpulseSolver {
   SkylineLu factor_;
   std::vector<int> active_, first_, first_of_body_, block_of_row_;
   std::vector<double> unknowns_;
+  bool holds_ = false;
 };
 
 }  // namespace isochor

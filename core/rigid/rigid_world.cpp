@@ -189,6 +189,10 @@ Eigen::Matrix3d RigidWorld::inverse_mass_at(int body, const Vec3& point) const {
   return isochor::inverse_mass_at(state(body), point);
 }
 
+Eigen::Matrix<double, 6, 6> RigidWorld::compliance(int body) const {
+  return impl_->solver.compliance(body);
+}
+
 void RigidWorld::apply_impulse(int body, const Vec3& point, const Vec3& impulse) {
   isochor::apply_impulse(impl_->at(body).state, point, impulse);
 }

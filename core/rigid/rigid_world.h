@@ -66,6 +66,9 @@ class RigidWorld {
   /// Velocity of the body's material at a world point, kinematic bodies included.
   Vec3 velocity_at(int body, const Vec3& point) const;
   Eigen::Matrix3d inverse_mass_at(int body, const Vec3& point) const;  ///< zero unless dynamic
+  /// Within a step, after solve(): how the body's predicted pose answers to a small wrench about its centre
+  /// of mass, held by the joints and the contacts that press as it is; m and radians per kg m of h·impulse.
+  Eigen::Matrix<double, 6, 6> compliance(int body) const;
   void apply_impulse(int body, const Vec3& point, const Vec3& impulse);
   /// An impulse (kg m/s) with its moment about a point of the world, whatever the body's pose is now.
   void apply_wrench(int body, const Vec3& about, const Vec3& impulse, const Vec3& moment);

@@ -214,6 +214,20 @@ void StepSolver::solve_positions(std::span<BodyRecord> bodies) {
   }
 }
 
+Eigen::Matrix<double, 6, 6> StepSolver::compliance(int body) {
+  Eigen::Matrix<double, 6, 6> result;
+  solver_.hold(set_, solver_bodies_);
+  SolverBody& pushed = solver_bodies_[index(body)];
+  for (int direction = 0; direction < 6; ++direction) {
+    (direction < 3 ? pushed.impulse : pushed.angular_impulse)[direction % 3] = 1.0;
+    solver_.respond(set_, solver_bodies_);
+    result.col(direction) << pushed.inverse_mass * pushed.impulse,
+        pushed.inverse_inertia * pushed.angular_impulse;
+    for (SolverBody& b : solver_bodies_) b.impulse = b.angular_impulse = Vec3::Zero();
+  }
+  return 0.5 * (result + result.transpose());
+}
+
 void StepSolver::velocity_residuals(std::span<const BodyRecord> bodies) {
   for (ConstraintRow& row : set_.rows) row.residual = rate(row, bodies);
   std::size_t normal = set_.rows.size() - 3 * found_.contacts.size();

@@ -36,24 +36,9 @@ ProjectionResult project(const Substep& step, SceneSoftBody& soft, ProjectionReq
   return result;
 }
 
-/// Particles attached to rigid bodies with a mass go where these are going. True when that is news.
-bool follow_attachments(const World& world, SceneSoftBody& soft) {
-  bool moved = false;
-  for (const PinnedParticle& held : soft.attachments)
-    moved |= soft.contacts->attach(soft.body, held.particle, held.rigid,
-                                   world.rigid.predicted_pose(held.rigid).to_world(held.anchor),
-                                   attachment_slop * soft.body.cell_size);
-  return moved;
-}
-
-/// Rigid bodies answer to what presses on them: by their own motion, and by what they touch and are jointed
-/// to.
-void answer(const Substep& step, SceneSoftBody& soft) {
-  if (step.world.massive.empty()) return;
-  step.world.phases.run(Phase::rigid_bodies, [&] {
-    hand_out(step, soft);
-    step.world.rigid.solve();
-  });
+void apply(const Substep& step, std::span<const DueWrench> dues) {
+  for (const DueWrench& due : dues)
+    step.world.rigid.apply_wrench(due.source, due.center, due.push / step.h, due.moment / step.h);
 }
 
 ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft) {
@@ -121,22 +106,58 @@ bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
   return changed;
 }
 
-void hand_out(const Substep& step, SceneSoftBody& soft) {
-  for (const DueWrench& due : soft.contacts->take_due(soft.body))
-    step.world.rigid.apply_wrench(due.source, due.center, due.push / step.h, due.moment / step.h);
+bool follow_attachments(const World& world, SceneSoftBody& soft) {
+  bool moved = false;
+  for (const PinnedParticle& held : soft.attachments)
+    moved |= soft.contacts->attach(soft.body, held.particle, held.rigid,
+                                   world.rigid.predicted_pose(held.rigid).to_world(held.anchor),
+                                   attachment_slop * soft.body.cell_size);
+  return moved;
 }
+
+void answer(const Substep& step, SceneSoftBody& soft) {
+  if (step.world.massive.empty()) return;
+  step.world.phases.run(Phase::rigid_bodies, [&] {
+    hand_out(step, soft);
+    step.world.rigid.solve();
+  });
+}
+
+void hand_out(const Substep& step, SceneSoftBody& soft) {
+  apply(step, soft.contacts->take_due(soft.body));
+}
+
+namespace {
+
+/// Contacts that no implicit solve balances, in the shortest substep: all that has been done for them is
+/// taken back, and what the projection does instead may not add energy.
+void let_go(const Substep& step, SceneSoftBody& soft) {
+  soft.pressed_implicitly = false;
+  soft.recovered = true;
+  ++step.stats.recoveries;
+  soft.implicit->release(soft.body);
+  step.world.phases.run(Phase::rigid_bodies, [&] {
+    apply(step, soft.contacts->take_back());
+    step.world.rigid.solve();
+  });
+  step.world.phases.run(Phase::contacts,
+                        [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
+}
+
+}  // namespace
 
 void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.began_inverted = soft.inverted;
   const bool steady = !soft.recovered;
   soft.recovered = false;
-  soft.pressed_implicitly = soft.implicit && soft.contacts && step.world.massive.empty();
+  soft.pressed_implicitly = soft.implicit && soft.contacts;
   if (soft.contacts)
     step.world.phases.run(Phase::contacts, [&] {
       soft.contacts->begin(soft.body, step.h, step.world.massive, soft.pressed_implicitly);
     });
   soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
   if (soft.unbalanced && step.may_halve) return;
+  if (soft.unbalanced) let_go(step, soft);
   // An implicit solve knows the volume already, and recovery has moved the body where no multiplier says.
   if (!soft.implicit && steady)
     step.world.phases.run(Phase::volume, [&] {

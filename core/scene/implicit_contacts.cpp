@@ -3,28 +3,33 @@
 
 namespace isochor {
 
-// The active set is that of project_with_contacts, but a round solves springs, volume and contacts together.
+// The active set is that of project_with_contacts, but a round solves springs, volume, contacts and how rigid
+// bodies give way together.
 bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
   constexpr int judging_rounds = 8, most_rounds = 12;  // later ones only add to the set, so that it ends
   SoftBody& body = soft.body;
   ParticleContacts& contacts = *soft.contacts;
   PhaseList& phases = step.world.phases;
+  const ComplianceOf compliance_of = [&](int source) { return step.world.rigid.compliance(source); };
   for (int round = 0; round < most_rounds; ++round) {
     bool changed = false;
     phases.run(Phase::contacts, [&] {
       if (round > 0 && round <= judging_rounds) changed = contacts.update(body, true);
+      changed |= follow_attachments(step.world, soft);
       changed |= detect_contacts(body, step.world.rigid, step.h, contacts);
       if (changed) contacts.place(body);
     });
     if (!changed) return true;
     bool balanced = false;
     phases.run(stepping_phase(soft), [&] {
-      balanced = soft.implicit->solve(body, contacts.blocked(), contacts.frictions());
+      const CarrierSpace& carriers = contacts.yielding(body, compliance_of);
+      balanced = soft.implicit->solve(body, contacts.blocked(), contacts.frictions(), carriers);
       contacts.set_reactions(body, soft.implicit->reactions(contacts.blocked()));
     });
     if (!balanced) return false;
+    answer(step, soft);
   }
-  return true;
+  return step.world.massive.empty();
 }
 
 }  // namespace isochor

@@ -20,7 +20,8 @@ struct Metrics {
   std::int64_t inverted = 0;
   double max_penetration = 0.0;  ///< metres
   std::int64_t contacts = 0;
-  int recoveries = 0;    ///< substeps that needed the inversion rule
+  int recoveries =
+      0;  ///< substeps that needed the inversion rule, or whose contacts no implicit solve balanced
   int fallbacks = 0;     ///< substeps whose projection left SHAKE's directions
   bool feasible = true;  ///< false: the tolerance could not be met; worst_cell says where
   double kinetic_energy = 0.0, potential_energy = 0.0;  ///< potential: springs and gravity

@@ -26,9 +26,9 @@ bool touches_filtered(const SceneSoftBody& soft) {
 /// Implicit Euler knows no forces at the end of a substep, so that gravity alone would move what pins and
 /// contacts hold: its second half kick then waits for the next substep. Positions are the same.
 /// Not where bodies with a mass hold it, whose momentum counts at the end of every substep.
-bool is_held(const SceneSoftBody& soft) {
+bool is_held(const World& world, const SceneSoftBody& soft) {
   return soft.stepping == SpringIntegrator::implicit &&
-         (soft.body.has_pins || (soft.pressed_implicitly && !soft.contacts->empty()));
+         (soft.body.has_pins || (world.massive.empty() && !is_in_free_flight(soft)));
 }
 
 }  // namespace
@@ -170,7 +170,11 @@ bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
 }
 
 void Stepper::take_velocities(const Substep& step, SceneSoftBody& soft) {
-  if (soft.implicit)
+  const bool shares_momentum =
+      soft.contacts && !soft.contacts->empty() && !world_.massive.empty() && !world_.surfaces;
+  if (soft.implicit && shares_momentum)
+    soft.implicit->finish(soft.body, step.h, soft.contacts->push(soft.body));
+  else if (soft.implicit)
     soft.implicit->finish(soft.body, step.h);
   else
     velocities_from_positions(soft.body, step.h);
@@ -187,7 +191,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   }
   if (soft.inverted) recover_inverted(step, soft);
   evaluate_forces(world_, soft);
-  soft.kick_due = is_held(soft) ? 0.5 * step.h : 0.0;
+  soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
   if (soft.recovered) hold_energy(world_, soft);

@@ -43,11 +43,17 @@ void begin_collision(const Substep& step);
 /// gaps are left that frames promise to close.
 bool collide(const Substep& step);
 
-/// Contacts of a body whose springs are stepped implicitly with bodies that have no mass to answer: balanced
-/// within the implicit solve, so that all of the body gives way and not the particles at its surface alone.
-/// What the projection still moves after it is of the second order. False when forces would not balance.
+/// Particles attached to rigid bodies with a mass go where these are going. True when that is news.
+bool follow_attachments(const World& world, SceneSoftBody& soft);
+
+/// Contacts of a body whose springs are stepped implicitly: balanced within the implicit solve, so that all
+/// of the body gives way and not the particles at its surface alone. What the projection still moves after it
+/// is of the second order. False when forces would not balance.
 bool press_implicitly(const Substep& step, SceneSoftBody& soft);
 
+/// Rigid bodies with a mass answer to what presses on them: by their own motion, and by what they touch and
+/// are jointed to.
+void answer(const Substep& step, SceneSoftBody& soft);
 /// Gives rigid bodies with a mass what the contacts of a soft one still owe them.
 void hand_out(const Substep& step, SceneSoftBody& soft);
 

@@ -132,7 +132,7 @@ TEST_P(SaddleSolverCases, AgreesWithADenseSolve) {
     }
   }
   SaddleSolver solver(body);
-  solver.linearize(body, at, c.stiffness * body.masses[0], 0.0, blocked);
+  solver.linearize(body, at, c.stiffness * body.masses[0], 0.0, blocked, CarrierSpace{});
   const int iterations = solver.solve(body, right, solution, 1e-9, 400);
   const auto nodes = static_cast<Eigen::Index>(3 * body.size());
   const auto flatten = [&](const SaddleVector& v) {

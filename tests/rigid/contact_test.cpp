@@ -46,6 +46,36 @@ TEST(Slope, HoldsBelowTheFrictionAngleAndSlidesAboveAtTheRightRate) {
   }
 }
 
+/// How a ball on the ground, and one above it, answer to a small wrench: as finite differences have it. On
+/// the ground it rolls.
+TEST(Compliance, IsTheDerivativeOfThePredictedPose) {
+  for (const double height : {0.1, 0.5}) {
+    Eigen::Matrix<double, 6, 6> compliance;
+    const double size = 1e-6;
+    Eigen::Matrix<double, 6, 6> differences;
+    for (int direction = -1; direction < 6; ++direction) {
+      RigidWorld world = world_with_floor(0.5, 0.0);
+      world.add_body(rigid(make_sphere(0.1), 2.0, {0.0, height, 0.0}));
+      world.begin_step(h);
+      world.solve();
+      const Pose before = world.predicted_pose(1);
+      if (direction < 0) {
+        compliance = world.compliance(1);
+        continue;
+      }
+      Vec3 push = Vec3::Zero(), moment = Vec3::Zero();
+      (direction < 3 ? push : moment)[direction % 3] = size;
+      world.apply_wrench(1, world.pose(1).position, push / h, moment / h);
+      world.solve();
+      const Pose after = world.predicted_pose(1);
+      differences.col(direction) << (after.position - before.position) / size,
+          rotation_log(after.orientation * before.orientation.conjugate()) / size;
+    }
+    EXPECT_LT((compliance - differences).norm(), 1e-3 * differences.norm()) << compliance << "\n\n"
+                                                                            << differences;
+  }
+}
+
 TEST(BouncingBall, RisesToTheSquareOfTheRestitution) {
   for (const double e : {0.3, 0.7, 0.95, 1.0}) {
     RigidWorld world = world_with_floor(0.3, e);

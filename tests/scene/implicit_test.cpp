@@ -102,6 +102,79 @@ TEST(Implicit, ABodyThatIsHeldIsAtRest) {
   }
 }
 
+/// Stiff bodies and rigid ones that have a mass, from a tenth of its own to a hundred times as heavy, and
+/// neither gains energy: on a ball that lies on the ground, under a box that falls, hit in space by a ball of
+/// 10 m/s, when the momentum of both stays to round-off as well.
+struct Meeting {
+  const char* name;
+  RigidShape shape;
+  Vec3 cube, rigid, velocity;
+};
+void PrintTo(const Meeting& meeting, std::ostream* out) {
+  *out << meeting.name;
+}
+
+class ImplicitOnMassive : public ::testing::TestWithParam<std::tuple<Meeting, double, double>> {};
+
+TEST_P(ImplicitOnMassive, GainsNoEnergyAndKeepsMomentum) {
+  const auto& [meeting, mass, stiffness] = GetParam();
+  Progress quiet;
+  Scene scene = stretched_cube(4, stiffness, 1.0 / 60.0, SpringIntegrator::implicit);
+  std::get<DeformableBody>(scene.bodies[0].kind).start = StartState{};
+  scene.bodies[0].position = meeting.cube;
+  const bool in_space = !meeting.velocity.isZero();
+  if (!in_space) scene.gravity = Vec3(0.0, -9.81, 0.0);
+  scene.bodies.resize(in_space ? 2 : 3);
+  RigidBody massive;
+  massive.shape = meeting.shape;
+  massive.mass = mass;
+  scene.bodies[1].name = "massive";
+  scene.bodies[1].kind = massive;
+  scene.bodies[1].position = meeting.rigid;
+  scene.bodies[1].velocity = meeting.velocity;
+  if (!in_space) {
+    RigidBody ground;
+    ground.is_static = true;
+    ground.shape = PlaneShape{};
+    scene.bodies[2].name = "ground";
+    scene.bodies[2].kind = ground;
+  }
+  const auto simulation = compile(scene, quiet);
+  const Metrics start = simulation->snapshot().metrics;
+  // What the lighter of the two falls or comes with, and half a kick of gravity that the cube shows.
+  const double brought = in_space ? start.kinetic_energy : std::min(mass, 1000.0) * 9.81 * 0.2;
+  const double kick = 0.5 * 1000.0 * std::pow(0.5 * scene.gravity.norm() / 60.0, 2);
+  bool touched = false, recovered = false;
+  for (int frame = 0; frame < 40; ++frame) {
+    const Metrics m = simulation->step(quiet).metrics;
+    recovered |= m.recoveries > 0;
+    touched |= recovered || m.contacts > 0;
+    ASSERT_LE(energy(m) - energy(start), 0.05 * brought + kick) << "frame " << frame;
+    EXPECT_LE(m.max_cell_volume_error, 1e-6) << "frame " << frame;
+    EXPECT_LE(m.max_penetration, 1e-3 * 0.25) << "frame " << frame;
+    if (in_space && !recovered) {
+      EXPECT_LE((m.linear_momentum - start.linear_momentum).norm(), 1e-11 * start.linear_momentum.norm());
+    }
+  }
+  EXPECT_TRUE(touched);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Stiffness, ImplicitOnMassive,
+    ::testing::Combine(
+        ::testing::Values(
+            Meeting{"OnABall", SphereShape{0.4}, {0.0, 1.5, 0.0}, {0.1, 0.4, 0.0}, {0.0, 0.0, 0.0}},
+            Meeting{
+                "UnderABox", BoxShape{{0.3, 0.2, 0.3}}, {0.0, 0.5, 0.0}, {0.1, 1.4, 0.0}, {0.0, 0.0, 0.0}},
+            Meeting{"HitInSpace", SphereShape{0.3}, {0.0, 0.0, 0.0}, {-1.5, 0.1, 0.0}, {10.0, 0.0, 0.0}}),
+        ::testing::Values(100.0, 1e3, 1e5), ::testing::Values(1e6, 1e10)),
+    [](const auto& param) {
+      const auto power = [](double value) {
+        return "1e" + std::to_string(static_cast<int>(std::lround(std::log10(value))));
+      };
+      return std::string(std::get<0>(param.param).name) + "Mass" + power(std::get<1>(param.param)) + "At" +
+             power(std::get<2>(param.param));
+    });
+
 class ImplicitStiffness : public ::testing::TestWithParam<double> {};
 
 /// Released stretched at constant volume: finite, the volume kept, energy never above the start's.
