@@ -15,11 +15,24 @@ constexpr int cheap_substeps = 15;
 /// Where deformable bodies meet: those stepped implicitly are pushed apart against their springs, which then
 /// hold more energy than the impact had.
 constexpr int meeting_substeps = 60;
+/// Where a body that is no box may touch rigid ones: the implicit solve's preconditioner is a box, and
+/// contacts take a hundred solves of hundreds of iterations.
+constexpr int awkward_substeps = 100;
 /// Beyond this a frame of symplectic steps is refused even when asked for.
 constexpr int most_substeps = 20000;
 
 std::int64_t bytes_of(const Coordinates& c) {
   return static_cast<std::int64_t>(3 * c.size() * sizeof(double));
+}
+
+bool fills_its_box(const TetMesh& mesh) {
+  double cells = 1.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [low, high] =
+        std::ranges::minmax(mesh.nodes, {}, [axis](const auto& node) { return node[axis]; });
+    cells *= high[axis] - low[axis];
+  }
+  return cells <= static_cast<double>(mesh.cells.size());
 }
 
 /// Substeps a frame that symplectic Euler needs for this body.
@@ -62,7 +75,7 @@ class Planner {
       std::string& reasons = chosen == SpringIntegrator::symplectic ? symplectic
                              : chosen == SpringIntegrator::implicit ? implicit
                                                                     : filtered;
-      reasons += fmt::format("{}{} {}", reasons.empty() ? "" : "; ", name(soft), why(needed, chosen));
+      reasons += fmt::format("{}{} {}", reasons.empty() ? "" : "; ", name(soft), why(soft, needed, chosen));
       if (chosen == SpringIntegrator::symplectic) substeps = std::max(substeps, needed);
     }
     world_.substeps = static_cast<int>(std::min<double>(substeps, most_substeps));
@@ -79,20 +92,23 @@ class Planner {
     const SolverOptions& solver = world_.scene.solver;
     if (springs.edges.empty() && springs.diagonals.empty()) return SpringIntegrator::symplectic;
     if (solver.springs != SpringIntegrator::automatic) return solver.springs;
-    return needed > std::max(affordable_substeps(), solver.substeps) ? SpringIntegrator::implicit
-                                                                     : SpringIntegrator::symplectic;
+    return needed > std::max(affordable_substeps(soft), solver.substeps) ? SpringIntegrator::implicit
+                                                                         : SpringIntegrator::symplectic;
   }
 
-  int affordable_substeps() const { return world_.surfaces ? meeting_substeps : cheap_substeps; }
+  int affordable_substeps(const SceneSoftBody& soft) const {
+    if (world_.rigid.size() > 0 && !fills_its_box(*soft.body.mesh)) return awkward_substeps;
+    return world_.surfaces ? meeting_substeps : cheap_substeps;
+  }
 
-  std::string why(double needed, SpringIntegrator chosen) const {
+  std::string why(const SceneSoftBody& soft, double needed, SpringIntegrator chosen) const {
     if (chosen == SpringIntegrator::symplectic)
       return fmt::format("needs {} substep{} a frame by the Gershgorin bound", needed,
                          needed == 1.0 ? "" : "s");
     const std::string bound =
         fmt::format("would need {} symplectic substeps a frame by the Gershgorin bound", needed);
     if (world_.scene.solver.springs == SpringIntegrator::automatic)
-      return fmt::format("{}, more than {}", bound, affordable_substeps());
+      return fmt::format("{}, more than {}", bound, affordable_substeps(soft));
     return fmt::format("is asked to be; it {}", bound);
   }
 

@@ -26,7 +26,7 @@ function base(name, place, body = {}, more = {}) {
     solver: {volume: 'newton', constraint: 'per_cell', tolerance: 1e-6, springs: 'auto', substeps: 'auto', max_iterations: 40},
     bodies: [{name: 'body', type: 'deformable', mesh: 'current', position: place.position.map(round),
       orientation: place.orientation, scale: round(place.scale), density: 300, masses: 'lumped',
-      edge_stiffness: 300, diagonal_stiffness: 100, damping: 0, friction: 0.3, restitution: 0.2, self_contact: false,
+      edge_stiffness: 3000, diagonal_stiffness: 1000, damping: 0, friction: 0.3, restitution: 0.2, self_contact: false,
       ...body}],
     pins: [], joints: [], ...more,
   };
@@ -72,7 +72,7 @@ export const scene_templates = {
   },
   twist: {
     title: 'Twist', meaning: 'Twisted by half a turn and let go without gravity.',
-    make: (bounds, options) => base('twist', at_height(bounds, options, 0), {start: {twist_deg: 120}}, {gravity: [0, 0, 0]}),
+    make: (bounds, options) => base('twist', at_height(bounds, options, 0), {edge_stiffness: 300, diagonal_stiffness: 100, start: {twist_deg: 120}}, {gravity: [0, 0, 0]}),
   },
 };
 
