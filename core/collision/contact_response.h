@@ -8,6 +8,11 @@ namespace isochor {
 
 /// The laws of contact as small functions of velocities and impulses.
 
+/// Friction is iterated until it changes by less than this part of itself.
+inline constexpr double friction_tolerance = 0.05;
+/// A bounce slower than what gravity adds in a few substeps is rest, m/s.
+inline constexpr double rest_speed = 0.05;
+
 /// Of two surfaces in contact: the geometric mean, so that equal coefficients keep their value and a
 /// frictionless one stays frictionless.
 inline double combined_friction(double a, double b) {

@@ -117,7 +117,7 @@ void ContactCarriers::load(SoftBody& body, std::span<const ParticleContact> cont
 }
 
 void ContactCarriers::list_particles(const SoftBody& body, std::span<const ParticleContact> contacts) {
-  for (Body& b : bodies_) b.touching = 0.0, b.particles.clear();
+  for (Body& b : bodies_) b.touching = 0.0, b.rubbed.setZero(), b.particles.clear();
   for (const ParticleContact& contact : contacts) {
     const ContactDirections directions = directions_of(contact);
     for (int k = 0; k < contact.planes; ++k) {
@@ -126,6 +126,10 @@ void ContactCarriers::list_particles(const SoftBody& body, std::span<const Parti
       const Vec3 arm = body.start_positions.at(contact.particle) - b->at_start.center;
       b->particles.push_back({contact.particle, follow(contact, directions, k) * motion_at(arm)});
       b->touching += body.masses[contact.particle];
+      if (contact.sticking) continue;  // its friction is in what blocks it
+      const Vec3 friction = share_of(contact, directions, k, contact.friction);
+      b->rubbed.head<3>() += friction;
+      b->rubbed.tail<3>() += arm.cross(friction);
     }
   }
 }
@@ -135,21 +139,8 @@ const CarrierSpace& ContactCarriers::yielding(const SoftBody& body, std::span<co
   list_particles(body, contacts);
   std::vector<CompliantBody> touched;
   for (const Body& b : bodies_)
-    if (!b.particles.empty()) touched.push_back({b.particles, compliance_of(source_of(b)), b.given});
-  for (const ParticleContact& contact : contacts) {
-    if (contact.sticking) continue;  // its friction is in what blocks it
-    const ContactDirections directions = directions_of(contact);
-    for (int k = 0; k < contact.planes; ++k) {
-      const Body* b = find(contact.plane[k].source);
-      if (!b) continue;
-      const Vec3 arm = body.start_positions.at(contact.particle) - b->at_start.center;
-      const Vec3 force = share_of(contact, directions, k, contact.friction);
-      const auto of = std::ranges::find(touched, b->particles.data(),
-                                        [](const CompliantBody& t) { return t.particles.data(); });
-      of->owed.head<3>() += force;
-      of->owed.tail<3>() += arm.cross(force);
-    }
-  }
+    if (!b.particles.empty())
+      touched.push_back({b.particles, compliance_of(source_of(b)), b.given + b.rubbed});
   space_.build(touched);
   return space_;
 }

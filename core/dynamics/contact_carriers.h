@@ -71,7 +71,8 @@ class ContactCarriers {
   struct Body {
     MassiveBody at_start;
     Vector6 given = Vector6::Zero();
-    double touching = 0.0;  ///< mass of its particles, kg
+    Vector6 rubbed = Vector6::Zero();  ///< by particles that slip: their friction, with its moment
+    double touching = 0.0;             ///< mass of its particles, kg
     std::vector<CarriedParticle> particles;
   };
   static int source_of(const Body& body) { return body.at_start.source; }

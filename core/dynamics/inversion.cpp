@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/dynamics/volume_elements.h"
 #include "core/parallel/cancel_scope.h"
 
 namespace isochor {
@@ -130,6 +129,14 @@ bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request,
   return !lifted;
 }
 
+void TetInequality::displace(const Tet& tet, double mu, const VolumeElements::Gradient& along,
+                             Coordinates& x) {
+  for (int k = 0; k < 4; ++k) {
+    x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
+    mobility_.record(tet[k], mu * along[k]);
+  }
+}
+
 void TetInequality::exceed(const SoftBody& body, const Coordinates& start, Coordinates& x) {
   const VolumeElements tets(*body.mesh, true);
   for (const Lift& lift : lifts_) {
@@ -139,10 +146,7 @@ void TetInequality::exceed(const SoftBody& body, const Coordinates& start, Coord
     for (int k = 0; k < 4; ++k) longest = std::max(longest, mobility_.apply(tet[k], along[k]).norm());
     const double mu =
         std::min((excess_ - 1.0) * lift.multiplier, largest_displacement * body.cell_size / longest);
-    for (int k = 0; k < 4; ++k) {
-      x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
-      mobility_.record(tet[k], mu * along[k]);
-    }
+    displace(tet, mu, along, x);
   }
 }
 
@@ -186,10 +190,7 @@ bool TetInequality::raise(const SoftBody& body, std::int64_t t, const Coordinate
     pending_[t / 64] |= 1ULL << t % 64;
     return true;
   }
-  for (int k = 0; k < 4; ++k) {
-    x.add(tet[k], mu * mobility_.apply(tet[k], along[k]));
-    mobility_.record(tet[k], mu * along[k]);
-  }
+  displace(tet, mu, along, x);
   lifts_.push_back({static_cast<std::int32_t>(t), mu});
   mark_around(tet);
   return true;

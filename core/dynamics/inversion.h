@@ -1,6 +1,7 @@
 #pragma once
 #include "core/dynamics/mobility.h"
 #include "core/dynamics/soft_body.h"
+#include "core/dynamics/volume_elements.h"
 
 namespace isochor {
 
@@ -15,8 +16,8 @@ class TetInequality {
 
   /// Up to 20 Gauss–Seidel sweeps, each displacement at most 0.3 cell. With start positions in the request
   /// the directions are taken there, so that momentum is kept [as SHAKE]. What the projection takes back
-  /// between rounds, the next round lifts in excess [Aitken]; round 0 begins anew. True when no tet was left
-  /// below.
+  /// between rounds, the next round lifts in excess [Aitken]; round 0 begins with half of the excess. True
+  /// when no tet was left below.
   bool lift(const SoftBody& body, const ProjectionRequest& request, int round, Coordinates& positions);
 
   std::int64_t bytes() const;
@@ -30,6 +31,7 @@ class TetInequality {
   bool sweep(const SoftBody& body, const Coordinates* start, Coordinates& positions);
   bool raise(const SoftBody& body, std::int64_t tet, const Coordinates* start, Coordinates& positions);
   void exceed(const SoftBody& body, const Coordinates& start, Coordinates& positions);
+  void displace(const Tet& tet, double mu, const VolumeElements::Gradient& along, Coordinates& positions);
   void mark_around(const Tet& tet);
 
   Mobility mobility_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/dynamics/lattice_box.h"
+
 namespace isochor::newton {
 namespace {
 
@@ -9,20 +11,6 @@ constexpr std::int64_t cells_a_slab = 512;
 
 std::int64_t round_up(std::int64_t value) {
   return (value + chunk - 1) / chunk * chunk;
-}
-
-struct Bounds {
-  std::array<int, 3> low, size;
-};
-
-Bounds bounds(const TetMesh& mesh) {
-  std::array<int, 3> low = mesh.cells.front().coord, high = low;
-  for (const Cell& cell : mesh.cells)
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], cell.coord[axis]);
-      high[axis] = std::max(high[axis], cell.coord[axis]);
-    }
-  return {low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
 }
 
 bool fits_lattice(const TetMesh& mesh) {
@@ -36,7 +24,7 @@ bool fits_lattice(const TetMesh& mesh) {
 
 class LayoutBuilder {
  public:
-  explicit LayoutBuilder(const TetMesh& mesh) : mesh_(mesh), bounds_(bounds(mesh)) {
+  explicit LayoutBuilder(const TetMesh& mesh) : mesh_(mesh), bounds_(mesh) {
     const auto [nx, ny, nz] = bounds_.size;
     layout_.size = bounds_.size;
     layout_.strides.row = nx + 1;
@@ -145,7 +133,7 @@ class LayoutBuilder {
   }
 
   const TetMesh& mesh_;
-  Bounds bounds_;
+  LatticeBox bounds_;
   LatticeLayout layout_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/dynamics/lattice_box.h"
 #include "core/parallel/cancel_scope.h"
 
 namespace isochor::newton {
@@ -64,9 +65,7 @@ void LatticeSystem::set_masses() {
 
 /// By trial, on random errors at rest.
 void LatticeSystem::choose_preconditioner() {
-  const auto [nx, ny, nz] = layout_.size;
-  const bool is_full = static_cast<std::int64_t>(layout_.cell_slots.size()) == std::int64_t{nx} * ny * nz;
-  if (is_full) return;
+  if (fills_its_box(*model_.mesh)) return;
   for (std::size_t i = 0; i < layout_.vertex_slots.size(); ++i)
     x_.set(layout_.vertex_slots[i], model_.mesh->positions[i]);
   linearize(Directions::current);

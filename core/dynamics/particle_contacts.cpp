@@ -10,11 +10,6 @@
 namespace isochor {
 namespace {
 
-/// Friction is iterated until it changes by less than this part of itself.
-constexpr double friction_tolerance = 0.05;
-/// A bounce slower than what gravity adds in a few substeps is rest, m/s.
-constexpr double rest_speed = 0.05;
-
 /// Orthonormal normals of the planes; a plane that lies in the span of those before adds nothing.
 struct Basis {
   std::array<Vec3, 3> axis;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/common/wide.h"
+#include "core/dynamics/lattice_box.h"
 
 namespace isochor {
 namespace {
@@ -81,20 +82,13 @@ std::optional<BoxPreconditioner> BoxPreconditioner::make(const TetMesh& mesh) {
 }
 
 BoxPreconditioner::BoxPreconditioner(const TetMesh& mesh) {
-  Vec3i low = mesh.grid.size, high = Vec3i::Zero();
-  for (const Cell& cell : mesh.cells) {
-    const Vec3i at(cell.coord[0], cell.coord[1], cell.coord[2]);
-    low = low.cwiseMin(at);
-    high = high.cwiseMax(at + Vec3i::Ones());
-  }
-  const Vec3i size = high - low;
+  const auto [low, size] = LatticeBox(mesh);
   const auto slot = [&](const std::array<std::int32_t, 3>& at, int more) {
-    return (at[0] - low.x()) +
-           (size.x() + more) * ((at[1] - low.y()) + (size.y() + more) * (at[2] - low.z()));
+    return (at[0] - low[0]) + (size[0] + more) * ((at[1] - low[1]) + (size[1] + more) * (at[2] - low[2]));
   };
   for (const auto& node : mesh.nodes) node_slots_.push_back(slot(node, 1));
   for (const Cell& cell : mesh.cells) cell_slots_.push_back(slot(cell.coord, 0));
-  fits_ = std::ssize(mesh.cells) == std::int64_t{size.x()} * size.y() * size.z();
+  fits_ = fills_its_box(mesh);
   std::array<Eigen::MatrixXd, 3> of_nodes, of_cells;
   for (int axis = 0; axis < 3; ++axis) {
     of_nodes[axis] = node_modes(size[axis], node_cosines_[axis]);

@@ -9,11 +9,8 @@
 namespace isochor {
 namespace {
 
-constexpr double friction_tolerance = 0.05;
 /// Contacts share particles: of the friction that would hold each of them alone, this part a round.
 constexpr double friction_share = 0.3;
-/// A bounce slower than what gravity adds in a few substeps is rest, m/s.
-constexpr double rest_speed = 0.05;
 constexpr int bounce_sweeps = 50;
 constexpr int most_iterations = 60;
 

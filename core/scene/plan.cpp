@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/dynamics/lattice_box.h"
 #include "core/scene/surface_collision.h"
 
 namespace isochor {
@@ -23,16 +24,6 @@ constexpr int most_substeps = 20000;
 
 std::int64_t bytes_of(const Coordinates& c) {
   return static_cast<std::int64_t>(3 * c.size() * sizeof(double));
-}
-
-bool fills_its_box(const TetMesh& mesh) {
-  double cells = 1.0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto [low, high] =
-        std::ranges::minmax(mesh.nodes, {}, [axis](const auto& node) { return node[axis]; });
-    cells *= high[axis] - low[axis];
-  }
-  return cells <= static_cast<double>(mesh.cells.size());
 }
 
 /// Substeps a frame that symplectic Euler needs for this body.
