@@ -82,7 +82,8 @@ std::optional<BoxPreconditioner> BoxPreconditioner::make(const TetMesh& mesh) {
 }
 
 BoxPreconditioner::BoxPreconditioner(const TetMesh& mesh) {
-  const auto [low, size] = LatticeBox(mesh);
+  const LatticeBox box(mesh);
+  const auto &low = box.low, &size = box.size;
   const auto slot = [&](const std::array<std::int32_t, 3>& at, int more) {
     return (at[0] - low[0]) + (size[0] + more) * ((at[1] - low[1]) + (size[1] + more) * (at[2] - low[2]));
   };
