@@ -257,7 +257,7 @@ void ParticleContacts::set_reactions(const SoftBody& body, std::span<const Vec3>
 }
 
 Vec3 ParticleContacts::respond(const SoftBody& body, std::int32_t particle, const Vec3& force) const {
-  const Vec3 free = body.inverse_masses[particle] * force;
+  Vec3 free = body.inverse_masses[particle] * force;
   if (!touches(particle)) return free;
   const Contact& contact = particles_[slot_[particle]];
   return contact.sticking ? Vec3(Vec3::Zero()) : basis_of(contact).tangential(free);

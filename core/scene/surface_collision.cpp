@@ -75,9 +75,10 @@ std::vector<std::int32_t> cells_of_surface(const TetMesh& mesh) {
   for (std::size_t c = 0; c < mesh.cells.size(); ++c)
     for (const auto i : mesh.cells[c].corners) around[i].push_back(static_cast<std::int32_t>(c));
   std::vector<std::int32_t> cells;
-  for (const auto& [a, b, c] : mesh.surface)
-    cells.push_back(*std::ranges::find_if(around[a], [&](std::int32_t cell) {
-      return has_corner(mesh.cells[cell].corners, b) && has_corner(mesh.cells[cell].corners, c);
+  for (const Triangle& triangle : mesh.surface)
+    cells.push_back(*std::ranges::find_if(around[triangle[0]], [&](std::int32_t cell) {
+      const auto& corners = mesh.cells[cell].corners;
+      return has_corner(corners, triangle[1]) && has_corner(corners, triangle[2]);
     }));
   return cells;
 }
