@@ -89,7 +89,7 @@ class NewtonProjector final : public VolumeProjector {
       linearized_ = directions;
       linearized_at_ = errors_.max;
     }
-    system_->solve(std::clamp(0.5 * errors_.max, std::max(worthwhile, 1e-5), 0.1));
+    system_->solve(std::min(std::max({0.5 * errors_.max, worthwhile, 1e-5}), 0.1));
     system_->set_step(directions);
     double t = 1.0;
     for (int halving = 0; halving <= max_halvings; ++halving, t *= 0.5) {
