@@ -7,6 +7,7 @@ import tempfile
 import unittest
 
 PROGRAM = os.environ["ISOCHOR"]
+SLOWNESS = float(os.environ.get("ISOCHOR_SLOWNESS", "1"))  # how many times slower than a release build
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 MESHES = SOURCE / "samples" / "meshes"
 SCENES = SOURCE / "samples" / "scenes"
@@ -23,7 +24,7 @@ class ProgramTest(unittest.TestCase):
         self._folder.cleanup()
 
     def run_program(self, *arguments, expect=0, stdin=None):
-        done = subprocess.run([PROGRAM, *map(str, arguments)], input=stdin, capture_output=True, timeout=280)
+        done = subprocess.run([PROGRAM, *map(str, arguments)], input=stdin, capture_output=True, timeout=280 * SLOWNESS)
         self.assertEqual(done.returncode, expect, done.stderr.decode())
         return done
 

@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from program import MESHES, PROGRAM, ProgramTest
+from program import MESHES, PROGRAM, SLOWNESS, ProgramTest
 
 DROP = {"name": "drop", "duration": 0.25, "frame_rate": 40, "gravity": [0, -10, 0],
         "bodies": [{"name": "cube", "type": "deformable",
@@ -129,7 +129,7 @@ class SimulateFailures(ProgramTest):
                                      stderr=subprocess.PIPE)
             time.sleep(1.0)
             child.send_signal(signal.SIGINT)
-            self.assertIn(b"cancelled", child.communicate(timeout=60)[1])
+            self.assertIn(b"cancelled", child.communicate(timeout=60 * SLOWNESS)[1])
             self.assertEqual(child.returncode, 130)
             self.assert_files("scene.json")
 

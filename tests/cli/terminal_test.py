@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from program import MESHES, PROGRAM, ProgramTest
+from program import MESHES, PROGRAM, SLOWNESS, ProgramTest
 
 TREE = MESHES / "tree.obj"
 LONG = ("mesh", TREE, "--voxels", "512", "--cells", "256", "--smoothing-iterations", "20")
@@ -52,7 +52,7 @@ class Interrupt(ProgramTest):
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         time.sleep(after)
         child.send_signal(signal_number)
-        out, error = child.communicate(timeout=60)
+        out, error = child.communicate(timeout=60 * SLOWNESS)
         return child.returncode, out, error
 
     def test_cancels_cleanly(self):

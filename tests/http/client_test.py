@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from serving import Serving
+from serving import SLOWNESS, Serving
 
 SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "samples"
 
@@ -13,7 +13,7 @@ SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "samples"
 class Client(unittest.TestCase):
     def run_client(self, server, token, mesh):
         return subprocess.run([sys.executable, SAMPLES / "client.py", server.url, token, mesh], capture_output=True,
-                              text=True, timeout=120)
+                              text=True, timeout=120 * SLOWNESS)
 
     def test_a_mesh_becomes_a_body_whose_volume_stays(self):
         with Serving() as server:

@@ -1,6 +1,7 @@
 """The real server in a process of its own, and what it costs: its path is in the environment variable ISOCHOR."""
 import http.client
 import json
+import math
 import os
 import pathlib
 import signal
@@ -10,12 +11,18 @@ import time
 
 PROGRAM = os.environ["ISOCHOR"]
 TICKS = os.sysconf("SC_CLK_TCK")
+SLOWNESS = float(os.environ.get("ISOCHOR_SLOWNESS", "1"))  # how many times slower than a release build; 1: it is one
+
+
+def memory_bound(most_bytes):
+    """None for a sanitized build: its shadow, and what it keeps of freed memory, are no cost of the program."""
+    return most_bytes if SLOWNESS == 1 else math.inf
 
 
 class Serving:
     """with Serving() as server: …; ends with SIGTERM, and with an exit code of 0."""
 
-    patience = 30.0  # seconds for an answer, and for the end
+    patience = 30.0 * SLOWNESS  # seconds for an answer, and for the end
 
     def __init__(self, *arguments, launcher=(), **options):
         self.process = subprocess.Popen([*launcher, PROGRAM, "serve", "--port", "0", "--json", *arguments],
@@ -82,7 +89,7 @@ class Serving:
         peer = socket.socket()
         if receive_buffer:
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
-        peer.settimeout(20)
+        peer.settimeout(self.patience)
         peer.connect(("127.0.0.1", self.port))
         peer.sendall(data)
         return peer
@@ -135,7 +142,7 @@ class Serving:
 
 
 def eventually(read, passes, what, patience=10.0):
-    end = time.monotonic() + patience
+    end = time.monotonic() + patience * SLOWNESS
     while not passes(value := read()):
         assert time.monotonic() < end, f"{what}: still {value}"
         time.sleep(0.01)
