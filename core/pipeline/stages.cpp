@@ -94,7 +94,7 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
 }
 
 std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progress& progress) {
-  const std::shared_ptr<Model> model = run_to_lattice(options, progress);
+  std::shared_ptr<Model> model = run_to_lattice(options, progress);
   if (model->lattice->kept_count > 0) {
     model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},
                                [&] { return make_tetrahedra(*lattice_.result, progress); });

@@ -127,7 +127,7 @@ class SimulateFailures(ProgramTest):
         for suffix in ("ndjson", "mdd"):
             child = subprocess.Popen([PROGRAM, "simulate", str(path), "-o", str(self.folder / f"out.{suffix}")],
                                      stderr=subprocess.PIPE)
-            time.sleep(1.0)
+            time.sleep(1.0 * SLOWNESS)
             child.send_signal(signal.SIGINT)
             self.assertIn(b"cancelled", child.communicate(timeout=60 * SLOWNESS)[1])
             self.assertEqual(child.returncode, 130)

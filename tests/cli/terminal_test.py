@@ -50,6 +50,7 @@ class Interrupt(ProgramTest):
     def interrupted(self, after, signal_number):
         child = subprocess.Popen([PROGRAM, *map(str, LONG), "-o", str(self.folder / "out.msh"), "--json"],
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        child.stderr.readline()  # until it has begun
         time.sleep(after)
         child.send_signal(signal_number)
         out, error = child.communicate(timeout=60 * SLOWNESS)

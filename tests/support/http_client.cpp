@@ -39,7 +39,7 @@ bool matches(std::string_view pattern, std::string_view path) {
 }  // namespace
 
 RawSocket::RawSocket(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  const timeval patience{20, 0};
+  const timeval patience{20 * ISOCHOR_SLOWNESS, 0};
   setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   sockaddr_in address{};
