@@ -131,8 +131,9 @@ TEST_P(SaddleSolverCases, AgreesWithADenseSolve) {
       right.nodes.add(particle, -direction * direction.dot(right.nodes.at(particle)));
     }
   }
+  const CarrierSpace nothing;
   SaddleSolver solver(body);
-  solver.linearize(body, at, c.stiffness * body.masses[0], 0.0, blocked, CarrierSpace{});
+  solver.linearize(body, at, c.stiffness * body.masses[0], 0.0, blocked, nothing);
   const int iterations = solver.solve(body, right, solution, 1e-9, 400);
   const auto nodes = static_cast<Eigen::Index>(3 * body.size());
   const auto flatten = [&](const SaddleVector& v) {

@@ -67,7 +67,7 @@ class Streams(unittest.TestCase):
         with server.stream(frames, receive_buffer=4096) as slow, server.stream(frames + "?pace=every") as quick:
             start = slow.recv(256)
             self.assertIn(b"200 OK", start)
-            lines = lines_of(quick, lambda line: line.get("seq", 0) >= 120)
+            lines = lines_of(quick, lambda line: line.get("seq", 0) >= 120 / SLOWNESS)
             numbers = [line["seq"] for line in lines if line["type"] == "frame"]
             self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
             lines_of(slow, lambda line: line.get("dropped", 0) > 10)
