@@ -17,7 +17,7 @@ constexpr double pi = std::numbers::pi;
 
 /// Distance and direction from a point of the shape's skeleton; UnitY where the two coincide.
 SurfaceQuery round_query(const Vec3& offset, double radius) {
-  const double length = offset.stableNorm();
+  const double length = offset.norm();
   return {length - radius, length > 0.0 ? Vec3(offset / length) : Vec3(Vec3::UnitY())};
 }
 

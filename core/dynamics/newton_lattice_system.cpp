@@ -89,6 +89,7 @@ void LatticeSystem::load(const ProjectionRequest& request, const Coordinates& po
   gather(request.start ? *request.start : positions, start_);
   gather(positions, x_);
   weighted_at_start_ = false;
+  lifting_ = request.lifting;
   unblock();
   load_carriers(request.carriers);
   block(request.blocked);
@@ -155,7 +156,7 @@ VolumeErrors LatticeSystem::evaluate(double t) {
 void LatticeSystem::accept(double t) {
   std::swap(x_, trial_);
   trial_t_ = -1.0;
-  if (stepping_along_)
+  if (stepping_along_ && !lifting_)
     for (const std::int32_t cell : layout_.cell_slots)
       multipliers_[cell] += static_cast<float>(t) * stepping_along_[cell];
   for (std::size_t i = 0; i < blocked_forces_.size(); ++i) blocked_forces_[i] += t * blocked_[i].force;

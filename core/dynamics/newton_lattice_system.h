@@ -104,6 +104,7 @@ class LatticeSystem final : public NewtonSystem {
   AlignedArray<float> sign_, weights_;  ///< inverse masses over their mean
   StencilSolver solver_;
   AlignedArray<float> multipliers_, last_multipliers_;  ///< of this step, of the one before
+  bool lifting_ = false;                                ///< of the request
   const float* stepping_along_ = nullptr;               ///< the multipliers of direction_
 
   /// W Jᵀ, where it was taken last; of the corners of irregular cells behind the lattice apart from the rest.

@@ -270,7 +270,7 @@ void ParticleContacts::take_forces(double scale) {
   }
 }
 
-bool ParticleContacts::update(const SoftBody& body, bool may_release) {
+bool ParticleContacts::update(const SoftBody& body, bool may_release, double friction_change) {
   bool changed = false;
   take_forces();
   for (std::size_t b = 0; b < blocked_.size(); ++b) {
@@ -282,7 +282,7 @@ bool ParticleContacts::update(const SoftBody& body, bool may_release) {
       changed = true;
       continue;
     }
-    changed |= rub(body, contact, reaction);
+    changed |= rub(body, contact, reaction, friction_change);
   }
   return changed;
 }
@@ -305,7 +305,8 @@ bool ParticleContacts::release(Contact& contact, const Vec3& reaction) {
 // Coulomb's cone |t| ≤ μN. A sticking particle whose reaction leaves it is torn off. A slipping one gets the
 // friction that would have held it, t − m·slip, cut to the cone (projected Jacobi; m is at most the mass that
 // the slip moves, so this never overshoots); within the cone it sticks, unless it was torn off before.
-bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& reaction) {
+bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& reaction,
+                           double friction_change) {
   const double coefficient = mean_friction(contact);
   if (coefficient == 0.0) return false;
   const Basis basis = basis_of(contact);
@@ -324,7 +325,7 @@ bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& r
   contact.friction = clamp_to_cone(holding, coefficient, pressure);
   contact.sticking = !contact.torn && holding.norm() < limit;
   contact.moved = true;
-  return contact.sticking || (contact.friction - before).norm() > friction_tolerance * limit;
+  return contact.sticking || (contact.friction - before).norm() > friction_change * limit;
 }
 
 std::span<const DueWrench> ParticleContacts::bounce(SoftBody& body, double h) {

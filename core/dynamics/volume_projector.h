@@ -46,6 +46,8 @@ struct ProjectionRequest {
   std::span<RigidCarrier> carriers = {};
   double tolerance = 1e-6;  ///< largest |V − V0|/V0 of a cell
   int max_iterations = 40;
+  /// Takes back what the inequality of tets has lifted: the next step does not begin with these multipliers.
+  bool lifting = false;
 };
 
 struct ProjectionResult {
@@ -64,7 +66,8 @@ class VolumeProjector {
  public:
   virtual ~VolumeProjector() = default;
   /// Before the first projection of a step of h seconds: moves positions by what the volume pressed in the
-  /// steps before, while that changes little. Does nothing where nothing is remembered.
+  /// steps before, while that changes little. Does nothing where nothing is remembered, and
+  /// forgets what is where h is 0.
   virtual void begin_step(const Coordinates& start, double h, Coordinates& positions);
   virtual ProjectionResult project(const ProjectionRequest& request, Coordinates& positions) = 0;
   virtual std::int64_t bytes() const = 0;

@@ -48,6 +48,7 @@ class RigidSweep {
   RigidSweep(const SoftBody& body, const RigidWorld& world, int rigid, double h)
       : body_(body),
         shape_(world.shape(rigid)),
+        bounds_(shape_.bounds()),
         from_(world.pose(rigid)),
         to_(world.predicted_pose(rigid)),
         slop_(contact_slop * body.cell_size),
@@ -81,6 +82,7 @@ class RigidSweep {
   /// The plane that the particle must stay in front of, when it is behind it by more than what is tolerated.
   bool meets(std::int32_t i, bool touching, double tolerated, ContactPlane& plane) const {
     const Vec3 start = from_.to_local(body_.start_positions.at(i)), end = to_.to_local(body_.positions.at(i));
+    if (!overlaps(bounds_, {start.cwiseMin(end), start.cwiseMax(end)})) return false;
     const SurfaceQuery at_end = shape_.query(end);
     const double path = (end - start).norm();
     if (at_end.distance > (touching ? -slop_ : path)) return false;
@@ -120,6 +122,7 @@ class RigidSweep {
 
   const SoftBody& body_;
   const CollisionShape& shape_;
+  Box bounds_;  ///< of the shape, in its own frame
   Pose from_, to_;
   double slop_, h_;
   bool massive_;

@@ -72,7 +72,7 @@ void Stepper::start_rigid(double h) {
 }
 
 void Stepper::advance(double h, int halvings) {
-  const Substep step{world_, stats_, h, halvings < max_halvings};
+  const Substep step{world_, stats_, h, halvings < max_halvings, lifting_};
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;
@@ -89,6 +89,14 @@ void Stepper::advance(double h, int halvings) {
     take_back();
     advance(0.5 * h, halvings + 1);
     advance(0.5 * h, halvings + 1);
+    return;
+  }
+  if (inverted && !began_inverted && lifting_) {
+    stats_ = before;
+    take_back();
+    lifting_ = false;
+    advance(h, halvings);
+    lifting_ = true;
     return;
   }
   if (!together_ && std::ranges::any_of(world_.soft, touches_filtered)) {

@@ -18,7 +18,9 @@ class Stepper {
   void advance_jointed(double h);
   /// Rigid bodies go first: their impacts, joints and contacts among themselves.
   void start_rigid(double h);
-  /// Halves the substep while a tet inverts or an implicit solve fails, at most 5 times.
+  /// Halves the substep while a tet inverts or an implicit solve fails, at most 5 times. Tets that invert
+  /// even so are left to recovery at the end: lifts that never ended have thrown what is a million times
+  /// heavier.
   void advance(double h, int halvings);
   /// Back to the start of the substep.
   void take_back();
@@ -33,6 +35,7 @@ class Stepper {
 
   World& world_;
   bool together_ = false;  ///< no body is stepped by itself
+  bool lifting_ = true;    ///< tets that invert are lifted within the substep
   bool starting_ = true;   ///< before the first substep has ended
   StepStats stats_;
 };

@@ -11,6 +11,7 @@ struct Substep {
   StepStats& stats;
   double h;
   bool may_halve = false;  ///< a substep that fails is taken again in two halves
+  bool may_lift = true;    ///< tets that invert are lifted within it
 };
 
 /// That of the body's integrator.
