@@ -1,7 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import http from 'node:http';
-import {browser_tests, drop, open_page, status, tets, tets_ready} from './support/browser.js';
+import {browser_tests, drop, eventually, open_page, status, tets, tets_ready} from './support/browser.js';
 import {start_server} from './support/server.js';
 
 const suite = browser_tests();
@@ -78,10 +78,11 @@ test('a model, a mesh and a run that the server gave up are made again by one cl
   await page.getByRole('button', {name: 'Voxels', exact: true}).click();
   await way_on(page, /[Mm]odel '.*' was deleted, or gave way/, 'Mesh it again');
   await tets_ready(page);
+  const before = await tets(page);
   await remove(page, 'meshes');
   await exact(page, 'Cells', '30');
   await way_on(page, /[Mm]esh '.*' was deleted, or gave way/, 'Open it again');
-  await tets_ready(page);
+  await eventually(() => tets(page), n => n > before, 'tets of 30 cells');  // a later model would make the run anew
   await step(page);
   await at_step(page, 1);
   await remove(page, 'simulations');
