@@ -43,7 +43,7 @@ namespace {
 constexpr double max_subs_voxels = 24.0;
 
 int padding_for(double subs_voxels) {
-  for (const int padding : {4, 8, 16})
+  for (const int padding : {8, 16})  // few, so that a slider seldom asks for another field
     if (subs_voxels + 2.0 <= padding) return padding;
   return 28;
 }

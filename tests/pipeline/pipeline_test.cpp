@@ -57,7 +57,7 @@ TEST(Pipeline, RecomputesFromTheFirstStageThatChanged) {
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), Names(all.begin() + 2, all.end()));
   options.pseudo_volume.p_in_voxels = 1.2;
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), Names(all.begin() + 1, all.end()));
-  options.pseudo_volume.p_subs_voxels = 5.0;  // needs more padding
+  options.pseudo_volume.p_subs_voxels = 7.0;  // needs more padding
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), all);
   options.voxels = 40;
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), all);
