@@ -70,7 +70,7 @@ class Streams(unittest.TestCase):
             lines = lines_of(quick, lambda line: line.get("seq", 0) >= 120 / SLOWNESS)
             numbers = [line["seq"] for line in lines if line["type"] == "frame"]
             self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
-            lines_of(slow, lambda line: line.get("dropped", 0) > 10)
+            lines_of(slow, lambda line: line.get("dropped", 0) > 10 / SLOWNESS)
 
 
 if __name__ == "__main__":
