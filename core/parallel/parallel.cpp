@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -24,8 +25,10 @@ void pause() {
 }
 
 /// Workers that spin for a moment before they sleep: the solver's regions follow each other within
-/// microseconds. Chunks are drawn from a ticket that carries the region's number and how many are left, so
-/// the caller waits for drawn chunks only, never for a worker that the system has put aside.
+/// microseconds. Chunks are drawn from a ticket that carries the region's number and those that are left, so
+/// the caller waits for drawn chunks only, never for a worker that the system has put aside. The caller draws
+/// from the front and the first worker from the back: regions over the same arrays find them in their core's
+/// cache.
 class ThreadPool {
  public:
   ~ThreadPool() { resize(1); }
@@ -41,74 +44,103 @@ class ThreadPool {
     for (std::thread& worker : workers_) worker.join();
     workers_.clear();
     stop_ = false;
-    for (int i = 1; i < threads; ++i) workers_.emplace_back([this, seen = region()] { loop(seen); });
+    for (int i = 1; i < threads; ++i)
+      workers_.emplace_back(
+          [this, seen = region(), end = i % 2 ? End::back : End::front] { loop(seen, end); });
   }
 
-  void run(std::int64_t count, std::int64_t grain, std::int64_t chunks, detail::ChunkFunction function,
-           void* context) {
+  void run(std::int64_t count, std::int64_t grain, detail::ChunkFunction function, void* context) {
     count_.store(count, std::memory_order_relaxed);
     grain_.store(grain, std::memory_order_relaxed);
+    const std::int64_t chunks = (count + grain - 1) / grain, batch = (chunks + most_draws - 1) / most_draws,
+                       draws = (chunks + batch - 1) / batch;
     chunks_.store(chunks, std::memory_order_relaxed);
+    batch_.store(batch, std::memory_order_relaxed);
     function_.store(function, std::memory_order_relaxed);
     context_.store(context, std::memory_order_relaxed);
     progress_.store(CancelScope::progress(), std::memory_order_relaxed);
     done_.store(0, std::memory_order_relaxed);
     failed_.store(false, std::memory_order_relaxed);
-    const std::uint64_t number = (region() + 1) & most_chunks;
+    const std::uint64_t number = (region() + 1) & 0xffffffff;
     // In one order for all threads with sleepers_ in loop(): one of both sees the other.
-    ticket_.store(number << chunk_bits | static_cast<std::uint64_t>(chunks));
+    ticket_.store(number << 32 | static_cast<std::uint64_t>(draws));
     if (sleepers_.load() > 0) {
       { std::lock_guard lock(mutex_); }
       wake_.notify_all();
     }
-    draw(number);
-    for (int spin = 0; done_.load(std::memory_order_acquire) < chunks; ++spin) {
+    const auto begin = Clock::now();
+    const std::int64_t drawn = draw(number, End::front);
+    const auto end = Clock::now();
+    for (int spin = 0; done_.load(std::memory_order_acquire) < draws; ++spin) {
       if (spin < spin_limit)
         pause();
       else
         std::this_thread::yield();
     }
+    if (drawn > 0) judge_wait((end - begin) / drawn, Clock::now() - end);
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   }
 
-  static constexpr std::uint64_t most_chunks = 0xffffffff;
+  /// Whether workers have lately kept the caller waiting for more than a chunk of its own takes.
+  bool is_held_up() const { return held_up_ && Clock::now() < held_up_until_; }
 
  private:
-  static constexpr int chunk_bits = 32;
+  enum class End { front, back };
+  using Clock = std::chrono::steady_clock;
+
+  static constexpr std::int64_t most_draws = 0xffff;
   static constexpr int spin_limit = 1000;  ///< some 40 µs
 
-  std::uint64_t region() const { return ticket_.load() >> chunk_bits; }
+  std::uint64_t region() const { return ticket_.load() >> 32; }
 
-  /// Does chunks of the region while it has any.
-  void draw(std::uint64_t number) {
+  /// Something else has the worker's core: regions go without workers for ten times what waiting has cost, so
+  /// that about a tenth of the time is lost by trying; not for long, lest chunks that differ do it.
+  void judge_wait(Clock::duration chunk, Clock::duration wait) {
+    constexpr Clock::duration usual = std::chrono::microseconds(50), longest = std::chrono::milliseconds(20);
+    const Clock::duration lost = wait - 2 * chunk - usual;
+    held_up_ = lost > Clock::duration::zero();
+    if (held_up_) held_up_until_ = Clock::now() + std::min(10 * lost, longest);
+  }
+
+  /// Does batches of chunks of the region while it has any. Returns how many.
+  std::int64_t draw(std::uint64_t number, End from) {
+    std::int64_t drawn = 0;
     inside_parallel_region = true;
     std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
-    while (ticket >> chunk_bits == number && (ticket & most_chunks) > 0) {
-      // The exchange succeeds only while the region has chunks left: then what is read here belongs to it.
-      const std::int64_t chunk = chunks_.load(std::memory_order_relaxed) -
-                                 static_cast<std::int64_t>(ticket & most_chunks),
-                         count = count_.load(std::memory_order_relaxed),
-                         grain = grain_.load(std::memory_order_relaxed);
+    while (ticket >> 32 == number) {
+      const std::uint64_t first = ticket >> 16 & 0xffff, end = ticket & 0xffff;
+      if (first == end) break;
+      // The exchange succeeds only while the region has some left: then what is read here belongs to it.
+      const std::int64_t count = count_.load(std::memory_order_relaxed),
+                         grain = grain_.load(std::memory_order_relaxed),
+                         batch = batch_.load(std::memory_order_relaxed),
+                         chunks = chunks_.load(std::memory_order_relaxed);
       const detail::ChunkFunction function = function_.load(std::memory_order_relaxed);
       void* const context = context_.load(std::memory_order_relaxed);
       const Progress* const progress = progress_.load(std::memory_order_relaxed);
-      if (!ticket_.compare_exchange_weak(ticket, ticket - 1, std::memory_order_acq_rel)) continue;
+      const std::uint64_t rest = from == End::front ? ticket + (1U << 16) : ticket - 1;
+      if (!ticket_.compare_exchange_weak(ticket, rest, std::memory_order_acq_rel)) continue;
+      const auto mine = static_cast<std::int64_t>(from == End::front ? first : end - 1);
       try {
-        if (progress) progress->throw_if_cancelled();
-        if (!failed_.load(std::memory_order_relaxed))
+        for (std::int64_t chunk = mine * batch; chunk < std::min(chunks, (mine + 1) * batch); ++chunk) {
+          if (progress) progress->throw_if_cancelled();
+          if (failed_.load(std::memory_order_relaxed)) break;
           function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
+        }
       } catch (...) {
         std::lock_guard lock(mutex_);
         if (!failure_) failure_ = std::current_exception();
         failed_.store(true, std::memory_order_relaxed);
       }
       done_.fetch_add(1, std::memory_order_release);
+      ++drawn;
       ticket = ticket_.load(std::memory_order_acquire);
     }
     inside_parallel_region = false;
+    return drawn;
   }
 
-  void loop(std::uint64_t seen) {
+  void loop(std::uint64_t seen, End from) {
     for (;;) {
       for (int spin = 0; spin < spin_limit && region() == seen; ++spin) pause();
       if (region() == seen) {
@@ -119,10 +151,12 @@ class ThreadPool {
         if (stop_) return;
       }
       seen = region();
-      draw(seen);
+      draw(seen, from);
     }
   }
 
+  bool held_up_ = false;  ///< with the time below, the caller's
+  Clock::time_point held_up_until_;
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable wake_;
@@ -131,9 +165,11 @@ class ThreadPool {
   std::exception_ptr failure_;  ///< the first one; the chunks not yet begun are skipped then
   std::atomic<bool> failed_{false};
 
-  std::atomic<std::uint64_t> ticket_{0};  ///< the region's number, and below it the chunks left
-  std::atomic<std::int64_t> done_{0};     ///< chunks
-  std::atomic<std::int64_t> count_{0}, grain_{1}, chunks_{0};
+  /// The region's number in the upper half; below it, 16 bits each, the first batch left and the end of those
+  /// left.
+  std::atomic<std::uint64_t> ticket_{0};
+  std::atomic<std::int64_t> done_{0};  ///< batches
+  std::atomic<std::int64_t> count_{0}, grain_{1}, chunks_{0}, batch_{1};
   std::atomic<detail::ChunkFunction> function_{nullptr};
   std::atomic<void*> context_{nullptr};
   std::atomic<const Progress*> progress_{nullptr};  ///< of the caller's scope
@@ -166,10 +202,9 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
   if (count <= 0) return;
   grain = std::max<std::int64_t>(1, grain);
   const std::int64_t chunks = (count + grain - 1) / grain;
-  const bool alone = chunks == 1 || chunks > static_cast<std::int64_t>(ThreadPool::most_chunks) ||
-                     inside_parallel_region || thread_count() == 1;
+  const bool alone = chunks == 1 || inside_parallel_region || thread_count() == 1;
   std::unique_lock lock(pool_mutex, std::defer_lock);
-  if (alone || !lock.try_lock()) {
+  if (alone || !lock.try_lock() || pool().is_held_up()) {
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
       throw_if_scope_cancelled();
       function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
@@ -177,7 +212,7 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
     return;
   }
   if (pool().size() != thread_count()) pool().resize(thread_count());
-  pool().run(count, grain, chunks, function, context);
+  pool().run(count, grain, function, context);
 }
 
 }  // namespace isochor
