@@ -51,14 +51,15 @@ TEST(Lattice, DensityCountsVoxelCentres) {
       for (int cj = 0; cj < lattice.grid.size.y(); ++cj)
         for (int ci = 0; ci < lattice.grid.size.x(); ++ci) {
           const Vec3 low = lattice.grid.origin + lattice.grid.spacing * Vec3(ci, cj, ck);
+          const auto within = [&](int voxel, int axis) {
+            const double at = voxel + 0.5 - low[axis];
+            return at >= -1e-9 && at <= lattice.grid.spacing + 1e-9;
+          };
           int all = 0, inside = 0;
           for (int k = -40; k < 60; ++k)
-            for (int j = -40; j < 60; ++j)
-              for (int i = -40; i < 60; ++i) {
-                const Vec3 center(i + 0.5, j + 0.5, k + 0.5);
-                if (((center - low).array() < -1e-9).any() ||
-                    ((center - low).array() > lattice.grid.spacing + 1e-9).any())
-                  continue;
+            for (int j = -40; within(k, 2) && j < 60; ++j)
+              for (int i = -40; within(j, 1) && i < 60; ++i) {
+                if (!within(i, 0)) continue;
                 ++all;
                 if (volume.grid.contains(i + 4, j + 4, k + 4))
                   inside += volume.inside[volume.grid.index(i + 4, j + 4, k + 4)];
