@@ -84,27 +84,22 @@ void Stepper::advance(double h, int halvings) {
   if (world_.surfaces && !(unbalanced && step.may_halve)) unbalanced |= !collide(step);
   const bool inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   if (((inverted && !began_inverted) || unbalanced) && step.may_halve) {
-    stats_ = before;
+    take_back(before);
     stats_.smallest_h = std::min(stats_.smallest_h, 0.5 * h);
-    take_back();
     advance(0.5 * h, halvings + 1);
     advance(0.5 * h, halvings + 1);
     return;
   }
-  if (inverted && !began_inverted && lifting_) {
-    stats_ = before;
-    take_back();
-    lifting_ = false;
+  bool* turned = nullptr;
+  if (lifting_ && inverted && !began_inverted)
+    turned = &lifting_;
+  else if (!together_ && std::ranges::any_of(world_.soft, touches_filtered))
+    turned = &together_;
+  if (turned) {
+    take_back(before);
+    *turned = !*turned;
     advance(h, halvings);
-    lifting_ = true;
-    return;
-  }
-  if (!together_ && std::ranges::any_of(world_.soft, touches_filtered)) {
-    stats_ = before;
-    take_back();
-    together_ = true;
-    advance(h, halvings);
-    together_ = false;
+    *turned = !*turned;
     return;
   }
   for (SceneSoftBody& soft : world_.soft) soft.finished = settle(step, soft);
@@ -126,7 +121,8 @@ void Stepper::count_contacts() {
     if (soft.contacts) stats_.contacts += soft.contacts->count();
 }
 
-void Stepper::take_back() {
+void Stepper::take_back(const StepStats& before) {
+  stats_ = before;
   for (SceneSoftBody& soft : world_.soft) {
     restore_start(soft.body);
     soft.inverted = soft.began_inverted && any_inverted(*soft.body.mesh, soft.body.positions);

@@ -22,8 +22,8 @@ class Stepper {
   /// even so are left to recovery at the end: lifts that never ended have thrown what is a million times
   /// heavier.
   void advance(double h, int halvings);
-  /// Back to the start of the substep.
-  void take_back();
+  /// Back to the start of the substep, and to the frame's figures before it.
+  void take_back(const StepStats& before);
   void predict(const Substep& step, SceneSoftBody& soft);
   void move_freely(const Substep& step, SceneSoftBody& soft);
   void take_velocities(const Substep& step, SceneSoftBody& soft);
