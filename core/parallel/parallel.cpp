@@ -204,7 +204,8 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
   const std::int64_t chunks = (count + grain - 1) / grain;
   const bool alone = chunks == 1 || inside_parallel_region || thread_count() == 1;
   std::unique_lock lock(pool_mutex, std::defer_lock);
-  if (alone || !lock.try_lock() || pool().is_held_up()) {
+  if (!alone && lock.try_lock() && pool().is_held_up()) lock.unlock();  // for what the body calls in turn
+  if (!lock.owns_lock()) {
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
       throw_if_scope_cancelled();
       function(context, chunk * grain, std::min(count, (chunk + 1) * grain));
