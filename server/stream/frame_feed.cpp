@@ -161,11 +161,20 @@ FrameFeed::Frame FrameFeed::latest() const {
 }
 
 void FrameFeed::add_viewer(int change) {
-  data_.with([&](Data& data) { data.viewers += change; });
+  data_.with([&](Data& data) {
+    data.viewers += change;
+    data.left.reset();
+    if (data.viewers == 0) data.left = std::chrono::steady_clock::now();
+  });
 }
 
 int FrameFeed::viewers() const {
   return data_.with([](const Data& data) { return data.viewers; });
+}
+
+bool FrameFeed::left_alone(std::chrono::milliseconds time) const {
+  return data_.with(
+      [&](const Data& data) { return data.left && std::chrono::steady_clock::now() - *data.left >= time; });
 }
 
 std::int64_t FrameFeed::encodes() const {

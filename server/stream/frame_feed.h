@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -60,6 +61,7 @@ class FrameFeed : public std::enable_shared_from_this<FrameFeed> {
 
   void add_viewer(int change);
   int viewers() const;
+  bool left_alone(std::chrono::milliseconds time) const;  ///< the last viewer went that long ago
   std::int64_t encodes() const;
   std::int64_t bytes() const;
 
@@ -73,6 +75,7 @@ class FrameFeed : public std::enable_shared_from_this<FrameFeed> {
     std::deque<std::pair<Key, EncodedFrame>> encoded;  ///< the last few
     std::map<Encoding, Key> under_way;
     int viewers = 0;
+    std::optional<std::chrono::steady_clock::time_point> left;  ///< when the last viewer went
   };
   void encode_later(Data& data, const Key& key, const Frame& frame);
   void encode(const Key& key, const Frame& frame, std::int64_t epoch);

@@ -113,6 +113,11 @@ bool SimulationRunner::plays() const {
   return want_play_ && !simulation_->finished();
 }
 
+bool SimulationRunner::runs_for_nobody() const {
+  return !simulation_->scene().duration && feed_->left_alone(options_.patience) &&
+         Clock::now() - last_request_ >= options_.patience;
+}
+
 /// Behind schedule, time is not made up for: a slow scene plays slowly, never in bursts.
 SimulationRunner::Clock::time_point SimulationRunner::next_due(Clock::time_point due) const {
   const std::chrono::duration<double> period(1.0 / (view_.frame_rate * view_.speed));
@@ -124,6 +129,7 @@ SimulationRunner::Clock::time_point SimulationRunner::next_due(Clock::time_point
 bool SimulationRunner::wait_for_turn(std::unique_lock<std::mutex>& lock, Clock::time_point due) {
   for (;;) {
     if (cancelled_) return false;
+    if (want_play_ && runs_for_nobody()) want_play_ = false;
     if (want_restart_ || !changes_.empty() || view_.pending_steps > 0) return true;
     set_state(simulation_->finished() ? RunState::finished
               : want_play_            ? RunState::playing
@@ -177,6 +183,7 @@ void SimulationRunner::edit(const Edit& make) {
     std::lock_guard lock(mutex_);
     make();
     ++requests_;
+    last_request_ = Clock::now();
   }
   wake_.notify_all();
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -39,6 +40,9 @@ struct RunOptions {
   std::string id;
   bool fast = false;
   bool playing = false;
+  /// An endless run that was watched pauses when nobody has watched or asked for anything this long: it would
+  /// keep a core busy until the server ends.
+  std::chrono::milliseconds patience{30'000};
 };
 
 /// A simulation on a thread of its own, which posts frames to its feed. Everything here may be called from
@@ -78,6 +82,7 @@ class SimulationRunner {
   void run_frames(Progress& progress);
   bool wait_for_turn(std::unique_lock<std::mutex>& lock, Clock::time_point due);
   bool plays() const;
+  bool runs_for_nobody() const;
   Clock::time_point next_due(Clock::time_point due) const;
   void set_state(RunState state);
   void refresh_view();
@@ -94,6 +99,7 @@ class SimulationRunner {
   std::map<std::string, Change> changes_, persistent_;
   bool want_play_ = false, want_restart_ = false;
   std::int64_t requests_ = 0;
+  Clock::time_point last_request_;
   std::atomic<bool> cancelled_{false};
   std::unique_ptr<Simulation> simulation_;  ///< of the thread alone
   std::thread thread_;

@@ -167,6 +167,40 @@ TEST_F(Feed, ARunnerPostsWhatItsSimulationMakes) {
   EXPECT_EQ(runner.view().state, RunState::finished);
 }
 
+TEST_F(Feed, AnEndlessRunPausesWhenAllItsViewersHaveGone) {
+  constexpr std::chrono::milliseconds patience(50);
+  SimulationRunner runner(
+      [](Progress&) { return std::make_unique<test::FakeSimulation>(Vec3i(1, 1, 1), 0.5, 1 << 30); },
+      {.id = "s1", .playing = true, .patience = patience}, feed_);
+  const auto state_after = [&](std::chrono::milliseconds time) {
+    std::this_thread::sleep_for(time);
+    return runner.view().state;
+  };
+  const auto await_pause = [&] {
+    for (int tries = 0; tries < 1000; ++tries)
+      if (state_after(std::chrono::milliseconds(10)) == RunState::paused) return true;
+    return false;
+  };
+  {
+    Viewer viewer(feed_, {});
+    EXPECT_FALSE(next_frame(viewer).is_null());
+    EXPECT_EQ(state_after(3 * patience), RunState::playing) << "it is watched";
+  }
+  EXPECT_TRUE(await_pause());
+  runner.play();
+  while (runner.view().taken < runner.requests()) std::this_thread::yield();
+  EXPECT_EQ(runner.view().state, RunState::playing) << "it was asked for";
+  EXPECT_TRUE(await_pause());
+}
+
+TEST_F(Feed, ARunThatNobodyHasWatchedGoesOn) {
+  SimulationRunner runner(
+      [](Progress&) { return std::make_unique<test::FakeSimulation>(Vec3i(1, 1, 1), 0.5, 1 << 30); },
+      {.id = "s1", .playing = true, .patience = std::chrono::milliseconds(1)}, feed_);
+  while (feed_->status().last < 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(runner.view().state, RunState::playing);
+}
+
 TEST_F(Feed, ARunnerThatCannotPrepareSaysWhy) {
   SimulationRunner runner(
       [](Progress&) -> std::unique_ptr<Simulation> {

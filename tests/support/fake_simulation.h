@@ -15,6 +15,7 @@ class FakeSimulation final : public Simulation {
       : mesh_(std::make_shared<TetMesh>(make_box_lattice(cells, cell_size, Vec3::Zero()))), frames_(frames) {
     scene_.name = "lift";
     scene_.frame_rate = 60.0;
+    scene_.duration.reset();
   }
 
   static constexpr double lift = 0.5;
