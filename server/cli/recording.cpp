@@ -121,12 +121,21 @@ bool is_animation(const std::string& output) {
   return animation_writer(output) || fs::path(output).extension() == ".pvd";
 }
 
+/// Of pipes and devices such as /dev/null, whose names say no format.
+bool takes_lines(const std::string& output) {
+  std::error_code none;
+  return output == "-" || fs::is_character_file(output, none) || fs::is_fifo(output, none);
+}
+
 }  // namespace
 
 void check_recording_format(const std::string& output) {
   const std::string extension = fs::path(output).extension().string();
-  if (output == "-" || extension == ".ndjson" || extension == ".jsonl" || is_animation(output)) return;
-  throw Error(ErrorCode::unsupported_format, fmt::format("no recording format \"{}\"", extension),
+  if (extension == ".ndjson" || extension == ".jsonl" || is_animation(output) || takes_lines(output)) return;
+  throw Error(ErrorCode::unsupported_format,
+              extension.empty()
+                  ? fmt::format("the name \"{}\" has no extension to choose a format by", output)
+                  : fmt::format("no recording format \"{}\"", extension),
               "choose one of .ndjson, .mdd, .pc2, .glb, .pvd");
 }
 

@@ -113,6 +113,7 @@ class SimulateFailures(ProgramTest):
         self.run_json("simulate", self.folder / "missing.json", "-o", out, expect=3)
         self.run_json("simulate", self.file("cut.json", scene()[:40]), "-o", out, expect=3)
         self.run_json("simulate", path, "-o", self.folder / "out.xyz", expect=4)
+        self.run_json("simulate", path, "-o", self.folder / "out", expect=4)
         self.run_json("simulate", path, "-o", self.folder / "no" / "out.ndjson", expect=1)
         endless = self.file("endless.json", scene(duration=None))
         self.run_json("simulate", endless, "-o", out, expect=2)
@@ -121,6 +122,9 @@ class SimulateFailures(ProgramTest):
         self.assertEqual({e["pointer"] for e in problem["errors"]}, {"/gravty", "/frame_rate"})
         self.assert_files("scene.json", "cut.json", "endless.json", "typo.json")
         self.run_program("simulate", endless, "--duration", "0.1", "-o", out)
+
+    def test_a_device_has_no_extension_and_takes_lines(self):
+        self.run_program("simulate", self.file("scene.json", scene()), "-o", "/dev/null")
 
     def test_ctrl_c_leaves_no_partial_recording(self):
         path = self.file("scene.json", scene(duration=100000))
