@@ -1,7 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
-import {browser_tests, eventually, no_complaints, status, tets} from './support/browser.js';
+import {browser_tests, drop, eventually, fact, no_complaints, status, tets} from './support/browser.js';
 import {look} from './support/pixels.js';
 
 const suite = browser_tests();
@@ -26,6 +26,28 @@ test('each change is one step back and one step forward', async () => {
   assert.equal(await cells(page).inputValue(), '24');
   await page.keyboard.press('Control+Shift+z');
   await eventually(() => tets(page), n => n === coarse, 'done again');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('opening a mesh, and another scene, are steps as well', async () => {
+  const page = await suite.open();
+  const tree = await tets(page);
+  const stiffness = page.getByLabel('Edge stiffness, exact value');
+  await type(stiffness, 500);
+  await page.getByLabel('Scene', {exact: true}).selectOption('drop');
+  await eventually(() => stiffness.inputValue(), value => value === '3000', 'what falls is stiffer');
+  await page.keyboard.press('Control+z');
+  await eventually(() => stiffness.inputValue(), value => value === '500', 'the scene as it was left');
+  await drop(page, 'triangles.obj', 'v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n');
+  await eventually(() => fact(page, 'Vertices'), n => n === 4, 'the tetrahedron');
+  const opened = await eventually(() => tets(page), n => n !== tree, 'its model');
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(() => tets(page), n => n === tree, 'the tree again');
+  assert.equal(await fact(page, 'Vertices'), 6640);
+  assert.equal(await stiffness.inputValue(), '500');
+  await page.getByRole('button', {name: 'Redo'}).click();
+  await eventually(() => tets(page), n => n === opened, 'the tetrahedron again');
   no_complaints(page);
   await page.context().close();
 });

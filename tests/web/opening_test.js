@@ -40,13 +40,17 @@ test('units, up axis and fit place the body in the world', async () => {
 
 test('a damaged file says what, where and what next, and the last model stays', async () => {
   const page = await suite.open();
+  const tree = await tets(page);
   await choose(page, 'broken.obj', 'v 0 0 0\nf 1 2 9\n');
   const card = page.locator('.problem-card');
   await card.waitFor();
-  assert.match(await card.textContent(), /2/);
-  await card.getByRole('button', {name: 'Back to the sample tree'}).click();
-  await tets_ready(page);
-  assert.equal(await page.locator('.problem-card').count(), 0);
+  assert.match(await card.textContent(), /^broken\.obj: line 2/);
+  assert.equal(await tets(page), tree);
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), card.getByRole('button', {name: 'Open another file'}).click()]);
+  await chooser.setFiles({name: 'cube.obj', mimeType: 'text/plain', buffer: Buffer.from(cube)});
+  await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the cube');
+  await eventually(() => tets(page), n => n !== tree, 'the model of the cube');
+  assert.equal(await card.count(), 0);
   await page.context().close();
 });
 
@@ -62,13 +66,37 @@ test('a mesh that leaves nothing is answered with a fix of one click', async () 
   await page.context().close();
 });
 
-test('a file that is no mesh is named, and the sample is one click away', async () => {
+test('a file that is no mesh is named, and the model stays', async () => {
   const page = await suite.open();
   await choose(page, 'notes.txt', 'not a mesh');
   const card = page.locator('.problem-card');
   await card.waitFor();
   assert.match(await card.textContent(), /obj|format/i);
-  await card.getByRole('button', {name: 'Back to the sample tree'}).click();
-  await tets_ready(page);
+  assert.ok(await card.getByRole('button', {name: 'Open another file'}).isVisible());
+  await card.getByRole('button', {name: 'Dismiss'}).click();
+  assert.ok(await tets(page) > 0);
+  await page.context().close();
+});
+
+/// Far thinner than a cell.
+const sheet = size => [...Array(size * size).keys()].map(k => [k % size / size, Math.floor(k / size) / size])
+  .map(([x, z]) => `v ${x} ${0.15 * Math.sin(6 * x) * Math.cos(6 * z)} ${z}`).join('\n') + '\n' +
+  [...Array((size - 1) ** 2).keys()].map(k => 1 + k % (size - 1) + size * Math.floor(k / (size - 1)))
+    .map(v => `f ${v} ${v + 1} ${v + size + 1} ${v + size}`).join('\n');
+
+test('notes of a model are folded away while it is complete, and stand open with a way on when it is not', async () => {
+  const page = await suite.open();
+  const notes = page.locator('.notes');
+  const way = notes.getByRole('button').first();
+  assert.ok(!await way.isVisible());
+  await notes.getByText(/^\d notes?$/).click();
+  assert.match(await way.textContent(), /^Set /);
+  await notes.getByText(/^\d notes?$/).click();
+  await drop(page, 'sheet.obj', sheet(60));
+  await notes.getByText('This model is incomplete').waitFor();
+  await notes.getByText(/covers .* % of the input's area/).waitFor();
+  await way.click();
+  await notes.getByText(/^\d notes?$/).waitFor();
+  no_complaints(page);
   await page.context().close();
 });

@@ -19,14 +19,16 @@ const files = {
   'params that are no JSON': ['broken.json', '{"cells": 12', /broken\.json cannot be read/],
   'JSON without settings': ['other.json', '{"colour": "red"}', /other\.json holds neither parameters nor the bodies/],
   'a recording that is none': ['broken.ndjson', '{"type": "hello"\nnothing', /broken\.ndjson cannot be read as a recording/],
+  'an empty recording': ['empty.ndjson', '', /empty\.ndjson cannot be read as a recording/],
   'a scene without its parts': ['scene.json', '{"name": "x", "bodies": [{"name": "a", "type": "deformable"}]}', /bod|mesh|lattice/],
 };
 
 for (const [name, [file, text, says]] of Object.entries(files))
-  test(`${name}: what, where, and the sample one click away`, async () => {
+  test(`${name}: what, where, and a way on, and all that was there stays`, async () => {
     const page = await suite.open({width: 1160, height: 640});
     await drop(page, file, text);
-    await way_on(page, says, /^(Back to the sample tree|Undo the last change)$/);
+    await way_on(page, says, /^(Open another file|Undo the last change)$/);
+    assert.equal(await page.getByRole('button', {name: 'Tets', exact: true}).getAttribute('aria-pressed'), 'true');
     await page.getByRole('button', {name: 'Step (.)'}).click();
     await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
     await page.context().close();

@@ -89,6 +89,24 @@ const mirrored = JSON.stringify({name: 'mirrored', duration: null, frame_rate: 6
   bodies: [{name: 'block', type: 'deformable', lattice: {cells: [4, 4, 4], cell_size: 0.2, origin: [-0.4, 0, -0.4]}, density: 300,
     edge_stiffness: 1000, diagonal_stiffness: 300, start: {invert: true}}], pins: [], joints: []});
 
+test('the cells of a sample scene are coloured by their volume error, and its name stands as the scene', async () => {
+  const page = await suite.open(small);
+  await page.getByRole('button', {name: 'Samples'}).click();
+  await page.getByRole('button', {name: 'Sphere meets a weak cube'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  const scene = page.getByLabel('Scene', {exact: true});
+  assert.match(await scene.locator('option:checked').textContent(), /^Sphere meets cube/);
+  await page.getByLabel('Show the simulation as').selectOption('cells');
+  await page.getByLabel('Colour tets by').selectOption('volume_error');
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await eventually(() => look(page), seen => seen.sand < 500 && seen.all - seen.sand > 3000, 'no cell without a colour');
+  await page.locator('.color-panel h3', {hasText: 'Volume error'}).waitFor();
+  await scene.selectOption('sway');
+  await eventually(() => page.getByLabel('Edge stiffness, exact value').inputValue(), value => value === '150', 'back to a scene of the model');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('inverted tets are counted and glow crimson until they are cured', async () => {
   const page = await suite.open(small);
   await drop(page, 'mirrored.json', mirrored);

@@ -8,7 +8,7 @@ import {redraw, rove} from '../ui/roving.js';
 const bins = 24, width = 264, height = 64;
 
 /// Legend, histogram of what the tets or voxels are coloured by, and a range of it that isolates them in the view.
-export function color_panel({store, looking}) {
+export function color_panel({store, looking, meshing}) {
   const title = h('h3');
   const plot = svg('svg', {class: 'histogram', viewBox: `0 0 ${width} ${height + 24}`, role: 'group', 'aria-label': 'Histogram'});
   const from = range_input('Lowest value shown'), to = range_input('Highest value shown');
@@ -17,7 +17,7 @@ export function color_panel({store, looking}) {
   const keys = select_by_keys(store);
   const show = () => {
     const {legend: coloring} = looking;
-    title.textContent = coloring.values ? `${coloring.title}${coloring.unit ? ` in ${coloring.unit}` : ''}` : 'Colour by something to see its distribution';
+    title.textContent = coloring.values ? `${coloring.title}${coloring.unit ? ` in ${coloring.unit}` : ''}` : why_nothing(store, meshing);
     plot.toggleAttribute('hidden', !coloring.values);
     brush.hidden = !coloring.values;
     if (!coloring.values) return;
@@ -39,6 +39,12 @@ export function color_panel({store, looking}) {
   brush_by_pointer(plot, store);
   looking.addEventListener('coloring', show);
   return h('div', {class: 'color-panel'}, title, plot, brush);
+}
+
+function why_nothing(store, {model}) {
+  if (!model) return 'No model yet';
+  const of_runs = store.get('view.color_by') === 'volume_error';
+  return of_runs ? 'Volume errors come with a simulation: play it, and show it as cells' : 'Colour by something to see its distribution';
 }
 
 const range_input = label => h('input', {type: 'number', step: 'any', 'aria-label': label});

@@ -19,8 +19,8 @@ export async function export_dialog(app) {
     animation_rows(app),
     h('h3', {}, 'Settings'),
     h('ul', {class: 'exports'},
-      row('Parameters for the command line', 'JSON for isochor mesh --params', '.json', button('Save', app.save_params, {name: 'down', label: 'Save the parameters'})),
-      row('Scene for the command line', 'JSON for isochor simulate, with the mesh beside it', '.json', button('Save', app.save_scene, {name: 'down', label: 'Save the scene'}))));
+      row('Parameters for the command line', 'JSON for isochor mesh --params', '.json', button('Save', app.save_params, {name: 'save', label: 'Save the parameters'})),
+      row('Scene for the command line', 'JSON for isochor simulate, with the mesh beside it', '.json', button('Save', app.save_scene, {name: 'save', label: 'Save the scene'}))));
 }
 
 function row(title, note, extension, ...actions) {
@@ -28,7 +28,7 @@ function row(title, note, extension, ...actions) {
 }
 
 function export_row(app, {name, extension, consumers, conventions}, ready) {
-  const save = button('Save', () => app.save_export(name), {name: 'down', label: `Save for ${consumers}`, disabled: !ready});
+  const save = button('Save', () => app.save_export(name), {name: 'save', label: `Save for ${consumers}`, disabled: !ready});
   return row(capital(consumers), conventions, extension, save);
 }
 
@@ -39,5 +39,5 @@ function animation_rows(app) {
     row(title, `${note} ${counted(frames, 'frames')}.`, extension, button('Save', () => app.run(async () => {
       download(make(app.simulation, app.stem()), `${app.stem()}${extension}`);
       app.say(`${title} saved with ${counted(frames, 'frames')}`);
-    }), {name: 'down', label: `Save ${title}`}))));
+    }), {name: 'save', label: `Save ${title}`}))));
 }

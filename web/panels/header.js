@@ -8,7 +8,12 @@ export function header(app) {
   const name = h('span', {class: 'mesh-name'});
   meshing.addEventListener('mesh', () => name.textContent = app.stem());
   const picker = h('input', {type: 'file', accept: '.obj,.stl,.ply,.off,.glb,.ndjson,.json', hidden: true, 'aria-label': 'Mesh file'});
-  picker.addEventListener('change', () => picker.files[0] && app.open_file(picker.files[0]));
+  picker.addEventListener('change', () => {
+    const [file] = picker.files;
+    picker.value = '';  // the same file again is a change as well
+    if (file) app.open_file(file);
+  });
+  app.choose_file = () => picker.click();
   const undo = button('', () => app.undo(), {name: 'undo', label: 'Undo'});
   const redo = button('', () => app.redo(), {name: 'redo', label: 'Redo'});
   const show_history = () => {
@@ -21,9 +26,9 @@ export function header(app) {
   show_history();
   return h('header', {class: 'header', 'aria-label': 'Isochor'},
     h('div', {class: 'brand'}, logo(), h('h1', {}, 'Isochor'), name),
-    button('Open', () => picker.click(), {name: 'open'}), picker,
+    button('Open', app.choose_file, {name: 'open'}), picker,
     menu_button('Samples', () => sample_items(app)),
-    button('Export', () => app.show_export(), {name: 'down'}),
+    button('Export', () => app.show_export(), {name: 'save'}),
     button('Share', () => app.share()),
     h('div', {class: 'group'}, undo, redo),
     menu_button('Presets', () => preset_items(app)),

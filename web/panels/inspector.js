@@ -1,6 +1,7 @@
 import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
-import {bytes, count, number, percent, sentence} from '../ui/format.js';
+import {bytes, count, counted, number, percent, sentence} from '../ui/format.js';
+import {in_titles} from '../state/suggestions.js';
 import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
 import {picked_panel} from './picked_panel.js';
@@ -35,8 +36,14 @@ export const panel = (title, ...content) =>
 
 function model_facts(app) {
   const {meshing} = app;
+  const none = h('p', {class: 'quiet'}, 'No model yet.');
   const facts = h('dl', {class: 'facts'});
-  const warnings = h('ul', {class: 'warnings'});
+  const notes = model_notes(app);
+  const show = () => {
+    none.hidden = Boolean(meshing.model);
+    facts.hidden = !meshing.model;
+  };
+  meshing.addEventListener('mesh', show);
   meshing.addEventListener('model', () => {
     const {model} = meshing;
     const rows = [['Cells', count(model.cells)], ['Tets', count(model.tets)], ['Vertices', count(model.vertices)],
@@ -44,8 +51,29 @@ function model_facts(app) {
       ['Smallest dihedral', `${number(model.min_dihedral_deg)}°`], ['Worst scaled Jacobian', number(model.min_scaled_jacobian)],
       ['Inverted', count(model.inverted)], ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
     facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
-    warnings.replaceChildren(...(model.warnings ?? []).map(warning => h('li', {}, h('p', {}, sentence(warning)),
-      app.ways_from_text(warning).map(({title, run}) => button(title, run)))));
+    show();
   });
-  return [facts, warnings];
+  show();
+  return [none, facts, notes];
+}
+
+/// What to know before trusting the model, folded away while the model is complete.
+function model_notes(app) {
+  const {meshing} = app;
+  const title = h('span');
+  const list = h('ul');
+  const notes = h('details', {class: 'notes'}, h('summary', {}, title), list);
+  let complete = true;
+  meshing.addEventListener('mesh', () => notes.hidden = !meshing.model);
+  meshing.addEventListener('model', () => {
+    const {warnings = [], complete: whole} = meshing.model;
+    title.textContent = whole ? counted(warnings.length, 'notes') : 'This model is incomplete';
+    title.className = whole ? '' : 'warn';
+    if (complete && !whole) notes.open = true;
+    complete = whole;
+    notes.hidden = !warnings.length;
+    list.replaceChildren(...warnings.map(warning => h('li', {}, h('p', {}, sentence(in_titles(warning, app))),
+      app.ways_from_text(warning).map(({title: way, run}) => button(way, run)))));
+  });
+  return notes;
 }

@@ -42,7 +42,7 @@ export function live_plots({simulation, events}) {
     charts = null;
     if (data.length) draw();
   });
-  new ResizeObserver(() => charts?.forEach(chart => chart.setSize({width: root.clientWidth, height: 96}))).observe(root);
+  new ResizeObserver(() => charts?.forEach(chart => chart.setSize({width: root.clientWidth, height: scaled(100)}))).observe(root);
   return [hint, facts, root];
 }
 
@@ -65,16 +65,19 @@ const decades = {
   values: (_plot, ticks) => ticks.map(tick => `1e${Math.round(Math.log10(tick))}`),
 };
 
+/// Pixels for as many of a text of 13 pixels.
+const scaled = pixels => pixels * Number.parseFloat(getComputedStyle(document.documentElement).fontSize) / 13;
+
 function make_chart(root, {title, logarithmic, series}) {
   const strokes = [theme_color('--accent'), theme_color('--warn'), theme_color('--muted')];
-  const axis = {stroke: theme_color('--muted'), grid: {stroke: theme_color('--line'), width: 1}, ticks: {show: false}, font: '10px system-ui', size: 18};
+  const axis = {stroke: theme_color('--muted'), grid: {stroke: theme_color('--line'), width: 1}, ticks: {show: false}, font: `${scaled(10)}px system-ui`, size: scaled(18)};
   const holder = h('figure', {class: 'plot', 'aria-label': title}, h('figcaption', {}, title, ...series.map(([name], k) =>
     h('span', {class: `key key-${k}`}, name))));
   root.append(holder);
   return new uPlot({
-    width: root.clientWidth || 260, height: 96, legend: {show: false}, cursor: {show: false}, padding: [4, 4, 0, 0],
+    width: root.clientWidth || 260, height: scaled(100), legend: {show: false}, cursor: {show: false}, padding: [8, 4, 0, 0],
     scales: {x: {time: false}, y: logarithmic ? {distr: 3} : {}},
-    axes: [{...axis}, {...axis, size: 46, ...logarithmic ? decades : {values: (_, ticks) => ticks.map(tick => number(tick, 2))}}],
+    axes: [{...axis}, {...axis, size: scaled(46), ...logarithmic ? decades : {values: (_, ticks) => ticks.map(tick => number(tick, 2))}}],
     series: [{}, ...series.map(([name], k) => ({label: name, stroke: strokes[k], width: 1.5, points: {show: false}}))],
   }, [[], ...series.map(() => [])], holder);
 }

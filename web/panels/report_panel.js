@@ -3,7 +3,7 @@ import {button} from '../ui/fields.js';
 import {milliseconds, number} from '../ui/format.js';
 import {redraw} from '../ui/roving.js';
 import {error_legend, error_plot, orders_list} from '../report/error_plot.js';
-import {Measuring, fit_budget, settings_changes} from '../work/measuring.js';
+import {Measuring, fit_budget, settings_changes, worth_measuring} from '../work/measuring.js';
 
 /// Error against run time: measure, look, click a point to take its settings, or let a frame budget choose.
 export function report_panel(app) {
@@ -13,7 +13,13 @@ export function report_panel(app) {
   const progress = progress_row(measuring);
   const budget = budget_row(app, measuring, field);
   const size = h('select', {'aria-label': 'Grid of settings'}, h('option', {value: 'quick'}, 'Quick grid'), h('option', {value: 'full'}, 'Full grid'));
-  const start = button('Measure', () => app.run(() => measuring.scene(size.value)), {label: 'Measure error against run time'});
+  const seconds = h('input', {type: 'number', min: '0.02', max: '60', step: 'any', required: true, 'aria-label': 'Simulated seconds to measure'});
+  const propose = () => seconds.value = worth_measuring(size.value, app.store.get('scene'));
+  size.addEventListener('change', propose);
+  app.events.addEventListener('scene', propose);
+  propose();
+  const measure = () => seconds.reportValidity() && app.run(() => measuring.scene(size.value, Number(seconds.value)));
+  const start = button('Measure', measure, {label: 'Measure error against run time'});
   const result = h('div', {class: 'report', hidden: true}, field, plot, budget);
   const draw = () => {
     const {report} = measuring;
@@ -36,7 +42,7 @@ export function report_panel(app) {
   });
   field.addEventListener('change', draw);
   return [h('p', {class: 'quiet'}, 'Runs the scene over solvers, steps and tolerances against a far finer reference.'),
-    h('div', {class: 'row'}, size, start), progress, result];
+    h('div', {class: 'row'}, size, h('span', {class: 'seconds'}, seconds, h('span', {class: 'quiet'}, 's')), start), progress, result];
 }
 
 export function progress_row(measuring) {

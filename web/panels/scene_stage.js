@@ -1,7 +1,8 @@
 import {h} from '../ui/dom.js';
 import {collider_fields} from './collider_fields.js';
 import {choice_field, number_field} from '../ui/fields.js';
-import {scene_templates} from '../state/scene_templates.js';
+import {capital, words} from '../ui/format.js';
+import {own_scene, scene_templates} from '../state/scene_templates.js';
 
 const volume_solvers = [{value: 'newton', title: 'Newton (exact)'}, {value: 'scaling', title: 'Scaling (paper)'}, {value: 'gradient', title: 'Gradient'}];
 const integrators = ['auto', 'symplectic', 'implicit', 'energy_momentum'].map(value => ({value, title: value.replace('_', '–')}));
@@ -16,8 +17,15 @@ export function scene_stage(app, stage_section) {
   };
   simulation.addEventListener('state', show);
   show();
-  const template = choice_field(store, {path: 'template', title: 'Scene', choices: Object.entries(scene_templates).map(([value, {title}]) => ({value, title})),
-    meaning: 'What happens to the body when it is played.'});
+  const template = choice_field(store, {path: 'template', title: 'Scene', meaning: 'What happens to the body when it is played.',
+    choices: [...Object.entries(scene_templates).map(([value, {title}]) => ({value, title})), {value: own_scene, title: ''}]});
+  const own = template.querySelector('option:last-of-type');
+  const name_own = () => {
+    own.hidden = store.get('template') !== own_scene;
+    own.textContent = own.hidden ? '' : capital(words(store.get('scene.name') ?? 'opened'));
+  };
+  store.on(['template', 'scene'], name_own);
+  name_own();
   const fields = h('div', {class: 'body-fields'});
   let scope = null;
   const build = () => {

@@ -76,8 +76,11 @@ export const scene_templates = {
   },
 };
 
+/// The template of a scene that came from a file or a sample.
+export const own_scene = 'own';
+
 export function make_scene(template, bounds, options) {
-  const {bodies_after = [], ...scene} = scene_templates[template].make(bounds, options);
+  const {bodies_after = [], ...scene} = (scene_templates[template] ?? scene_templates.sway).make(bounds, options);
   return {...scene, bodies: [...scene.bodies, ...structuredClone(bodies_after)]};
 }
 

@@ -40,13 +40,33 @@ export class Store extends EventTarget {
     const {label, before} = this.gesture ?? {};
     this.gesture = null;
     if (!before) return;
+    this.push(label, before);
+    this.announce([...before.keys()], false);
+  }
+
+  /// One step of the history from what the values of some paths were: [[path, before]].
+  push(label, before) {
     const changes = [...before].map(([path, value]) => ({path, before: value, after: copy(this.get(path))}));
     const moved = changes.filter(change => !same(change.before, change.after));
-    if (moved.length) {
-      this.undo_stack.push({label, changes: moved});
-      this.redo_stack = [];
+    if (!moved.length) return;
+    this.undo_stack.push({label, changes: moved});
+    this.redo_stack = [];
+  }
+
+  /// What follows from the last step becomes a part of it.
+  amend(changes) {
+    for (const [path, after] of Object.entries(changes)) {
+      this.undo_stack.at(-1)?.changes.push({path, before: copy(this.get(path)), after: copy(after)});
+      write(this.state, path, copy(after));
     }
-    this.announce(changes.map(change => change.path), false);
+    this.announce(Object.keys(changes), false);
+  }
+
+  /// What came about since the values were these becomes a step.
+  remember(before, label) {
+    this.commit();
+    this.push(label, Object.entries(before));
+    this.announce([], false);
   }
 
   /// Changes that a person did not make (defaults from the server, a scene fitted to a mesh): no history.
@@ -70,11 +90,11 @@ export class Store extends EventTarget {
     if (!command) return;
     to.push(command);
     for (const change of command.changes) write(this.state, change.path, copy(change[side]));
-    this.announce(command.changes.map(change => change.path), false);
+    this.announce(command.changes.map(change => change.path), false, true);
   }
 
-  announce(paths, live) {
-    this.dispatchEvent(new CustomEvent('change', {detail: {paths, live}}));
+  announce(paths, live, replayed = false) {
+    this.dispatchEvent(new CustomEvent('change', {detail: {paths, live, replayed}}));
   }
 
   /// The same store for controls that come and go: their listeners end with dispose().
@@ -85,12 +105,12 @@ export class Store extends EventTarget {
     return scoped;
   }
 
-  /// f(live) whenever something at, above or below one of the paths changes.
+  /// f(live, replayed) whenever something at, above or below one of the paths changes; replayed by undo or redo.
   on(paths, f, signal) {
     const watched = [paths].flat();
     const touches = (a, b) => a === b || a.startsWith(`${b}.`) || b.startsWith(`${a}.`);
     this.addEventListener('change', ({detail}) => {
-      if (detail.paths.some(path => watched.some(w => touches(path, w)))) f(detail.live);
+      if (detail.paths.some(path => watched.some(w => touches(path, w)))) f(detail.live, detail.replayed);
     }, {signal});
   }
 }

@@ -13,6 +13,10 @@ export function suggestions(text, {parameters, presets, defaults}) {
   return found;
 }
 
+/// Parameters by their titles in place of their names.
+export const in_titles = (text, {parameters}) => parameters.filter(({name}) => name.includes('_'))
+  .reduce((said, {name, title}) => said.replace(new RegExp(`\\b${name}\\b`, 'g'), `“${title}”`), text);
+
 function read_value({type, choices, min, max}, word) {
   if (type === 'choice') return choices.find(choice => String(choice) === word) ?? null;
   const value = Number(word);

@@ -21,10 +21,28 @@ export function tet_coloring(name, {cells, voxels}, sim) {
   return {nouns: 'tets', title: scale.title, unit: scale.unit, scale: values ? scale : null, values};
 }
 
+/// Of the simulation's cells: their errors in the frame shown, or what the model's tets have at rest.
+export function sim_coloring(name, model, sim) {
+  const bodies = sim.views().filter(({body}) => body.type === 'deformable');
+  if (name === 'volume_error') {
+    const scale = bodies.length ? tet_scales.volume_error : null;
+    return {...model, scale, values: scale && joined(bodies.map(view => view.errors_per_tet()))};
+  }
+  const known = model.values && bodies.some(view => view.has_tets_of(model.values));
+  return known ? {...model, title: `${model.title} at rest`} : {...model, scale: null, values: null};
+}
+
+function joined(arrays) {
+  if (arrays.length === 1) return arrays[0];
+  const all = new Float32Array(arrays.reduce((sum, {length}) => sum + length, 0));
+  arrays.reduce((from, array) => (all.set(array, from), from + array.length), 0);
+  return all;
+}
+
 function values_of(name, cells, voxels, sim) {
   if (name === 'density') return voxels ? density_values(cells, voxels.lattice) : null;
   if (name !== 'volume_error') return cells[name];
-  const body = sim.views().find(view => view.body.tets?.length === cells.tets.length);
+  const body = sim.views().find(view => view.has_tets_of?.(cells.min_dihedral_deg));
   return body ? body.errors_per_tet() : null;
 }
 

@@ -21,6 +21,16 @@ export function scene_bounds({bodies}) {
   return box;
 }
 
+/// A box with what lies under its middle on the scene's planes, to which its bodies may fall.
+export function with_ground(box, {bodies}) {
+  const all = box.clone(), middle = box.getCenter(new THREE.Vector3());
+  for (const {shape} of bodies.filter(body => body.shape?.plane)) {
+    const plane = new THREE.Plane(new THREE.Vector3(...shape.plane.normal).normalize(), -shape.plane.offset);
+    all.expandByPoint(plane.projectPoint(middle, new THREE.Vector3()));
+  }
+  return all;
+}
+
 function lattice_box({cells, cell_size, origin}, position) {
   const low = new THREE.Vector3(...origin).add(position);
   return new THREE.Box3(low, low.clone().add(new THREE.Vector3(...cells).multiplyScalar(cell_size)));

@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 import {TriangleList, apply_scale, no_clip, solid_material} from './shading.js';
 import {tet_faces, tet_of_face} from './cell_topology.js';
-import {draw_cells, move_cells} from './cell_faces.js';
+import {at_edge, draw_cells, hidden, move_cells} from './cell_faces.js';
 import {SurfaceLayer} from './surface_layer.js';
 import {collider_mesh} from './collider_mesh.js';
 import {indexed, raycast} from './raycast.js';
@@ -14,7 +14,7 @@ export class SimLayer {
     this.group = new THREE.Group();
     viewport.scene.add(this.group);
     this.bodies = new Map();
-    this.options = {look: 'skin', values: null, scale: null, edges_only: false};
+    this.options = {look: 'skin', coloring: null, errors: false, selected: null, edges_only: false};
     this.show(false);
   }
 
@@ -27,9 +27,12 @@ export class SimLayer {
     this.bodies.clear();
     for (const body of bodies)
       this.bodies.set(body.id, body.type === 'deformable' ? new DeformableView(this, body) : new RigidView(this, body));
+    let cells = 0;
+    for (const view of this.views()) if (view.rest_volumes) view.first_cell = cells, cells += view.rest_volumes.length;
   }
 
-  /// look: 'skin' or 'cells'; color: 'none' or 'volume_error'.
+  /// look: 'skin' or 'cells'; coloring: of the cells, errors: by their errors, those of one body after the other; selected:
+  /// a byte a cell of the coloring, or null for all.
   update(options) {
     this.options = options;
     for (const view of this.bodies.values()) view.restyle?.();
@@ -80,12 +83,12 @@ class DeformableView {
   }
 
   restyle() {
-    const {scale, edges_only} = this.layer.options;
+    const {coloring, edges_only} = this.layer.options;
     this.skin?.show(!this.shows_cells);
     this.skin?.update({edges_only});
     this.list.mesh.visible = this.shows_cells;
     const {material} = this.list.mesh;
-    apply_scale(material, scale);
+    apply_scale(material, this.tet_values() && coloring.scale);
     material.uniforms.edges_only.value = edges_only;
     material.uniforms.clip.value = no_clip;
     material.transparent = edges_only;
@@ -94,11 +97,38 @@ class DeformableView {
   set_frame({positions}, metrics) {
     this.cells.positions = this.positions = positions;
     if (this.shows_cells) {
-      move_cells(this.list, this.cells, this.layer.options.scale ? this.errors_per_tet() : null);
+      this.draw();
     } else {
       this.move_skin();
     }
     if (metrics.inverted > 0 || this.inverted.triangles > 0) this.draw_inverted();
+  }
+
+  draw() {
+    const values = this.tet_values(), visible = this.visible_cells();
+    if (visible || this.partial) draw_cells(this.list, this.cells, {visible, values});
+    else move_cells(this.list, this.cells, values);
+    this.partial = Boolean(visible);
+  }
+
+  visible_cells() {
+    const {selected, errors, coloring} = this.layer.options;
+    if (!selected || !errors && !this.has_tets_of(coloring.values)) return null;
+    const first = errors ? this.first_cell : 0;
+    return selected.slice(first, first + this.rest_volumes.length).map(shown => shown ? at_edge : hidden);
+  }
+
+  /// values: one a tet of a model.
+  has_tets_of(values) {
+    return 4 * values.length === this.body.tets.length;
+  }
+
+  /// What the cells are coloured by, or null.
+  tet_values() {
+    const {coloring, errors} = this.layer.options;
+    if (!this.shows_cells || !coloring?.values) return null;
+    if (errors) return this.errors_per_tet();
+    return this.has_tets_of(coloring.values) ? coloring.values : null;
   }
 
   errors_per_tet() {

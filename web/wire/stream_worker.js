@@ -34,6 +34,11 @@ function post_line(text, generation) {
   self.postMessage({generation, line});
 }
 
+/// A recording says first which bodies its frames move.
+function check_first(text) {
+  if (!JSON.parse(text || '{}').bodies) throw new Error('its first line does not hold the bodies');
+}
+
 function decode_embedded(body) {
   if (!body.embedded) return body;
   const {positions, triangles, tet, weights} = body.embedded;
@@ -58,10 +63,15 @@ async function follow({url, headers, generation}) {
 async function replay({file, generation}) {
   reading?.abort();
   try {
-    await read_lines(file.stream(), text => post_line(text, generation));
+    let lines = 0;
+    await read_lines(file.stream(), text => {
+      if (++lines === 1) check_first(text);
+      post_line(text, generation);
+    });
+    if (!lines) check_first('');
     self.postMessage({generation, replayed: true});
   } catch (error) {
-    self.postMessage({generation, closed: true, problem: {code: 'cannot_read', title: 'This is not a recording',
+    self.postMessage({generation, closed: true, problem: {code: 'cannot_read', file: file.name, title: 'This is not a recording',
       detail: `${file.name} cannot be read as a recording: ${error.message}`,
       hint: 'Drop a file that was recorded here or written by isochor simulate.'}});
   }

@@ -82,6 +82,7 @@ const page = app => ({
   },
   escape() {
     if (app.let_go()) return;
+    app.viewport.mark(null);
     if (app.picked) app.clear_pick();
     else app.cancel();
   },

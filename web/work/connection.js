@@ -24,13 +24,13 @@ export function watch_server(app) {
     app.tell('solved', 'server_lost');
     app.tell('server', '');
     app.say('The server is back');
-    const {sample, id} = app.store.get('mesh');
+    const {id} = app.store.get('mesh');
     const known = id && await client.get(`/meshes/${id}`).then(() => true, () => false);
     simulation.id = null;
     app.compiled = null;
     simulation.set_state('none');
     if (known) meshing.request(false);
-    else await app.open(sample ? {sample} : {file: meshing.file});
+    else await app.open(app.store.get('mesh'));
   };
 
   client.addEventListener('lost', notice);

@@ -2,12 +2,12 @@ import * as THREE from 'three';
 import {clip_plane} from '../view/clip_plane.js';
 import {grid_ink, grid_mesh} from '../view/collider_mesh.js';
 import {Highlight} from '../view/highlight.js';
-import {scene_bounds} from '../view/scene_bounds.js';
+import {scene_bounds, with_ground} from '../view/scene_bounds.js';
 import {SimLayer} from '../view/sim_layer.js';
 import {SurfaceLayer} from '../view/surface_layer.js';
 import {TetLayer} from '../view/tet_layer.js';
 import {VoxelLayer} from '../view/voxel_layer.js';
-import {make_selection, tet_coloring, voxel_coloring} from '../view/coloring.js';
+import {make_selection, sim_coloring, tet_coloring, voxel_coloring} from '../view/coloring.js';
 import {once_a_frame} from '../ui/dom.js';
 import {theme_color} from '../ui/theme.js';
 
@@ -27,7 +27,7 @@ export class Looking extends EventTarget {
     this.grid.rotation.x = -Math.PI / 2;
     viewport.scene.add(this.grid);
     const soon = once_a_frame(() => this.update());
-    meshing.addEventListener('mesh', () => this.place());
+    meshing.addEventListener('mesh', () => (viewport.mark(null), this.place()));
     meshing.addEventListener('geometry', () => this.show_geometry());
     meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update()));
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
@@ -47,7 +47,9 @@ export class Looking extends EventTarget {
     const body = scene.bodies.find(({mesh}) => mesh === 'current');
     const box = scene_bounds(scene);
     if (body) box.union(this.place_model(body, report.bounds));
-    viewport.set_bounds(box.min.toArray(), box.max.toArray());
+    this.bodies_bounds = box;
+    const {min, max} = with_ground(box, scene);
+    viewport.set_bounds(min.toArray(), max.toArray());
     this.update();
   }
 
@@ -94,13 +96,20 @@ export class Looking extends EventTarget {
     this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only, glass: view.surface_look === 'glass' && this.shows_inside(layers)});
     this.coloring = this.same_coloring(view) ?? tet_coloring(view.color_by, this.meshing, this.sim);
     this.voxel_colors = this.voxel_coloring(view);
-    this.legend = layers.voxels && !layers.tets && this.voxel_colors?.values ? this.voxel_colors : this.coloring;
+    this.sim_colors = layers.sim && view.sim_look === 'cells' ? sim_coloring(view.color_by, this.coloring, this.sim) : null;
+    this.legend = this.explained(layers);
     this.update_tets(view, plane);
     this.update_voxels(view, plane);
     this.sim.show(layers.sim);
-    this.sim.update({look: view.sim_look, scale: view.sim_look === 'cells' && view.color_by === 'volume_error' ? this.coloring.scale : null, edges_only: view.edges_only});
+    this.sim.update({look: view.sim_look, coloring: this.sim_colors, errors: view.color_by === 'volume_error',
+      selected: this.sim_colors && this.selection(view.select, this.sim_colors, 5), edges_only: view.edges_only});
     this.viewport.invalidate();
     this.tell_coloring(view);
+  }
+
+  explained({tets, voxels}) {
+    if (tets) return this.coloring;
+    return voxels && this.voxel_colors?.values ? this.voxel_colors : this.sim_colors ?? this.coloring;
   }
 
   /// Colours that did not change keep their arrays, so that nothing is drawn anew for them.

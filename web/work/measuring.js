@@ -3,9 +3,9 @@ import {wire_scene} from '../state/scene_templates.js';
 
 const own = [];  // an axis left as the scene has it
 const grids = {
-  quick: {duration: 0.1, repeats: 1, refinement: 4,
+  quick: {repeats: 1, refinement: 4,
     axes: {solvers: ['newton'], springs: ['auto', 'implicit'], tolerances: [1e-2, 1e-4, 1e-6], substeps: [2, 8, 16], resolutions: own}},
-  full: {duration: 0.5, repeats: 3, refinement: 16,
+  full: {repeats: 3, refinement: 16,
     axes: {solvers: ['newton', 'scaling', 'gradient'], springs: ['auto', 'implicit'], tolerances: [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8], substeps: [1, 2, 4, 8, 16, 32], resolutions: own}},
 };
 
@@ -17,12 +17,11 @@ export class Measuring extends EventTarget {
     Object.assign(this, {app, report: null, job: null});
   }
 
-  /// Error against run time of the present scene. size: 'quick' or 'full'.
-  async scene(size) {
+  /// Error against run time of the present scene's first seconds. size: 'quick' or 'full'.
+  async scene(size, duration) {
     const {app} = this;
     if (!app.meshing.model) return;
-    const {duration, ...grid} = grids[size];
-    await this.follow({kind: 'scene', scene: {...wire_scene(app.store.get('scene'), app.meshing.model.id), duration}, ...grid});
+    await this.follow({kind: 'scene', scene: {...wire_scene(app.store.get('scene'), app.meshing.model.id), duration}, ...grids[size]});
   }
 
   /// The stiff and extreme cases.
@@ -60,6 +59,9 @@ export class Measuring extends EventTarget {
     this.abort?.abort();
   }
 }
+
+/// Seconds worth measuring: until what falls has landed where there is something to land on.
+export const worth_measuring = (size, scene) => size === 'full' || scene?.bodies.some(({type}) => type === 'rigid') ? 0.5 : 0.1;
 
 /// Settings of a point as changes of the scene.
 export function settings_changes({solver, springs, substeps, tolerance}) {

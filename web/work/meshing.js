@@ -20,21 +20,25 @@ export class Meshing extends EventTarget {
     this.job = null;
     this.waiting = null;
     this.busy = false;
-    store.on('params', live => this.request(live));
+    this.files = new Map();  // of a person, by the id of their mesh
+    store.on('params', live => this.shows(store.get('mesh')) && this.request(live));
   }
 
   tell(name) {
     this.dispatchEvent(new Event(name));
   }
 
-  /// The sample, the known mesh or the file of a person.
-  async open({sample, id, file}) {
+  /// Whether the state's mesh is the one that is open.
+  shows({sample, id}) {
+    return sample ? this.sample === sample : Boolean(id) && this.mesh?.id === id;
+  }
+
+  /// The sample, the file of a person, or the known mesh.
+  async open({sample = null, id, file}) {
     this.opening = true;
     this.abort?.abort();
     const mesh = await this.fetch_mesh({sample, id, file}).finally(() => this.opening = false);
-    this.mesh = mesh;
-    this.made_with = null;
-    this.file = file ?? null;
+    Object.assign(this, {mesh, sample, made_with: null});
     this.model = this.cells = this.voxels = null;
     const geometry = load(this.client, `/meshes/${mesh.id}/geometry`);
     this.request(false);
@@ -45,9 +49,22 @@ export class Meshing extends EventTarget {
 
   async fetch_mesh({sample, id, file}) {
     if (sample) return this.client.send('POST', sample_path(sample));
-    if (id) return this.client.get(`/meshes/${id}`);
-    const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file});
-    return response.json();
+    if (file) return this.upload(file);
+    return this.client.get(`/meshes/${id}`).catch(problem => {
+      if (problem.status !== 404 || !this.files.has(id)) throw problem;
+      return this.upload(this.files.get(id));
+    });
+  }
+
+  async upload(file) {
+    try {
+      const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file});
+      const mesh = await response.json();
+      this.files.set(mesh.id, file);
+      return mesh;
+    } catch (problem) {
+      throw Object.assign(problem, {file: file.name});
+    }
   }
 
   /// live: a preview is enough, for the slider still moves.

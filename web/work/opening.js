@@ -1,5 +1,7 @@
 import {default_state} from '../state/defaults.js';
 import {param_changes} from '../state/constraints.js';
+import {own_scene} from '../state/scene_templates.js';
+import {copy, same} from '../state/store.js';
 import {Problem} from '../wire/client.js';
 
 /// Opening meshes, samples, scenes and recordings.
@@ -20,17 +22,20 @@ export const opening = app => {
   });
 
   meshing.addEventListener('mesh', () => {
+    if (!store.get('mesh.sample')) store.adopt({'mesh.id': meshing.mesh.id});
     if (!store.get('scene') || app.refit) adopt_scene();
     else app.fit_scene();
     app.refit = false;
   });
-  const refit_by_person = () => {
-    if (!meshing.mesh || app.restoring) return;
+  store.on(['template', 'mesh.up', 'mesh.fit', 'mesh.unit'], (_live, replayed) => {
+    if (!meshing.mesh || app.restoring || !meshing.shows(store.get('mesh'))) return;
     const scene = app.fit_scene();
-    if (JSON.stringify(scene) === JSON.stringify(store.get('scene'))) return;
-    adopt_scene();
-  };
-  store.on(['template', 'mesh.up', 'mesh.fit', 'mesh.unit'], refit_by_person);
+    if (!replayed && store.get('template') !== own_scene && !same(scene, store.get('scene'))) store.amend({scene});
+    app.tell('scene');
+  });
+  store.on('mesh', (_live, replayed) => {
+    if (replayed && !meshing.shows(store.get('mesh'))) open(store.get('mesh')).then(opened => opened && app.tell('scene'));
+  });
 
   return {
     open,
@@ -52,6 +57,7 @@ export const opening = app => {
     },
     fly_to_defect({name, locations}, k) {
       const {viewport} = app;
+      if (!store.get('view.layers.surface')) store.set({'view.layers.surface': true}, 'show the surface');
       const point = viewport.model_point(locations[k]);
       const radius = 0.08 * viewport.radius();
       viewport.mark(point, radius);
@@ -61,22 +67,28 @@ export const opening = app => {
   };
 };
 
+/// What belongs to a mesh, and changes with it.
+const of_a_mesh = ['mesh', 'params', 'template', 'scene', 'view.camera', 'view.surface_look', 'view.select'];
+
 async function replace_mesh(app, mesh, params, source) {
-  const {store} = app;
-  const before = {mesh: structuredClone(store.get('mesh')), params: structuredClone(store.get('params'))};
-  app.meshing.opening = true;
-  app.restoring = true;
-  store.adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, mesh: {...default_state.mesh, ...mesh}, params});
-  app.restoring = false;
+  const {store, meshing} = app;
+  const first = !meshing.mesh;
+  const before = Object.fromEntries(of_a_mesh.map(path => [path, copy(store.get(path))]));
+  const adopt = changes => {
+    app.restoring = meshing.opening = true;
+    store.adopt(changes);
+    app.restoring = meshing.opening = false;
+  };
+  const template = store.get('template') === own_scene ? default_state.template : store.get('template');
+  adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, template,
+    mesh: {...default_state.mesh, ...mesh}, params});
   app.refit = true;
-  if (!await app.open(source)) {
-    app.restoring = true;
-    app.meshing.opening = true;
-    store.adopt(before);
-    app.restoring = app.meshing.opening = app.refit = false;
-    return;
+  if (await app.open(source)) {
+    if (!first) store.remember(before, `open ${mesh.name}`);
+  } else if (app.refit) {
+    adopt(before);
+    app.refit = false;
   }
-  if (!mesh.sample) store.adopt({'mesh.id': app.meshing.mesh.id});
 }
 
 /// A params file of the command line, or a scene.
@@ -84,7 +96,7 @@ async function open_settings(app, file) {
   const values = read_json(await file.text(), file.name);
   if (Array.isArray(values.bodies)) return app.open_scene_document(values);
   const known = Object.fromEntries(Object.entries(values).filter(([name]) => name in app.defaults));
-  if (!Object.keys(known).length) throw new Problem({code: 'cannot_read', title: 'No settings in this file',
+  if (!Object.keys(known).length) throw new Problem({code: 'cannot_read', file: file.name, title: 'No settings in this file',
     detail: `${file.name} holds neither parameters nor the bodies of a scene.`, hint: 'Export saves the parameters and the scene in the form that is read here.'});
   app.apply_params(known, `settings of ${file.name}`);
   app.say(`Settings of ${file.name} taken`);
@@ -96,7 +108,7 @@ function read_json(text, name) {
     if (value !== null && typeof value === 'object') return value;
     throw new Error('it holds no object');
   } catch (error) {
-    throw new Problem({code: 'cannot_read', title: 'This is no JSON file', detail: `${name} cannot be read: ${error.message}.`,
+    throw new Problem({code: 'cannot_read', file: name, title: 'This is no JSON file', detail: `${name} cannot be read: ${error.message}.`,
       hint: 'Open a params file or a scene as Export saves them.'});
   }
 }

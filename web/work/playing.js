@@ -9,8 +9,11 @@ export const only_sim = {surface: false, voxels: false, tets: false, sim: true};
 export const playing = app => {
   const {store, simulation, playback, meshing} = app;
 
+  let compiling = null;
+
   /// continuing: bodies keep their motion.
-  const compile = async (continuing = false) => {
+  const compile = (continuing = false) => compiling = compile_now(continuing);
+  const compile_now = async continuing => {
     if (!meshing.model || meshing.preview || meshing.busy) await model_ready(meshing);
     const scene = structuredClone(store.get('scene'));
     app.compiled = {scene, model: meshing.model.id};
@@ -25,6 +28,7 @@ export const playing = app => {
 
   const ready_to_step = async () => {
     if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
+    await compiling?.catch(() => {});
     if (!is_recording() && stale()) await compile();
   };
 
@@ -50,7 +54,7 @@ export const playing = app => {
     for (const {body, ...pose} of moves) await app.client.send('PUT', `/simulations/${simulation.id}/colliders/${body}`, pose);
   });
 
-  store.on('scene', live => !app.restoring && take_changes(live));
+  store.on('scene', live => !app.restoring && meshing.shows(store.get('mesh')) && take_changes(live));
   store.on('speed', () => app.run(() => playback.set_speed(store.get('speed'))));
   meshing.addEventListener('model', () => {
     if (simulation.id && !meshing.preview && store.get('view.layers.sim')) app.run(() => recompile());
@@ -89,14 +93,14 @@ export const playing = app => {
         await app.client.send('POST', `/simulations/${simulation.id}/steps`, {count: Math.min(60, seq - at)});
     }),
     replay: file => app.run(async () => {
-      store.set({'view.layers': only_sim}, 'show the recording');
       app.compiled = null;
-      await simulation.replay(file);
+      if (await simulation.replay(file)) store.set({'view.layers': only_sim}, 'show the recording');
     }),
     toggle_recording: () => app.run(async () => {
       if (!simulation.recording) {
         await ready_to_step();
-        return simulation.start_recording();
+        simulation.start_recording();
+        return app.say('Recording: R again ends it and saves the file');
       }
       download(await simulation.stop_recording(), `${store.get('scene').name}.ndjson`);
       app.say('Recording saved; drop it on the page to play it back');

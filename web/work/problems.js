@@ -15,6 +15,7 @@ export function report_problems(app) {
 const set_params = ({store}, values, label) => store.set(param_changes(settle(store.get('params'), values)), label);
 
 function ways_on(app, problem, again) {
+  if (problem.file && problem.code !== 'server_lost') return [{title: 'Open another file', run: app.choose_file}];
   const named = app.ways_from_text(problem.hint ?? '');
   const actions = [...named, ...nearest_allowed(app, problem).filter(({title}) => named.every(other => other.title !== title))];
   if (app.store.undo_stack.length && problem.status === 422) actions.push({title: 'Undo the last change', run: app.undo});
@@ -29,9 +30,9 @@ const busy = [429, 500, 503];
 function renewal(app, {status, detail = ''}, again) {
   const {meshing, store} = app;
   const [, gone] = status === 404 || status === 410 ? /\b(model|mesh|simulation) '/.exec(detail) ?? [] : [];
-  const {sample} = store.get('mesh');
   if (gone === 'model') return {title: 'Mesh it again', run: () => meshing.request(false)};
-  if (gone === 'mesh' && (sample || meshing.file)) return {title: 'Open it again', run: () => app.open(sample ? {sample} : {file: meshing.file})};
+  const {sample, id} = store.get('mesh');
+  if (gone === 'mesh' && (sample || meshing.files.has(id))) return {title: 'Open it again', run: () => app.open({sample, id})};
   if (gone === 'simulation') return {title: 'Start the run again', run: app.start_again};
   return busy.includes(status) && again ? {title: 'Try again', run: again} : null;
 }

@@ -1,4 +1,5 @@
 import {only_sim} from './playing.js';
+import {own_scene} from '../state/scene_templates.js';
 
 const free_name = (bodies, kind) => {
   for (let n = 1; ; ++n) if (!bodies.some(({name}) => name === `${kind} ${n}`)) return `${kind} ${n}`;
@@ -6,8 +7,8 @@ const free_name = (bodies, kind) => {
 
 const size = 0.2, gap = 0.05;  // metres
 
-/// The box of what is seen, as wide as it becomes when a start bends or twists the body.
-function start_bounds({viewport: {bounds}, store}) {
+/// The box of the bodies, as wide as it becomes when a start bends or twists one.
+function start_bounds({looking: {bodies_bounds: bounds}, store}) {
   if (!store.get('scene').bodies.some(({start}) => start)) return bounds;
   const {min, max} = bounds.clone();
   const middle = (min.x + max.x) / 2, reach = Math.hypot(max.x - min.x, max.z - min.z) / 2;
@@ -47,7 +48,7 @@ export const scene_editing = app => {
     open_scene: sample => app.run(async () => app.open_scene_document(await app.client.get(sample.url))),
     /// A scene as a file has it: its first mesh of the samples becomes the model that the page shows.
     async open_scene_document(scene) {
-      store.set({scene, 'view.layers': only_sim}, `scene ${scene.name}`);
+      store.set({scene, template: own_scene, 'view.layers': only_sim, 'view.camera': null}, `scene ${scene.name}`);
       app.tell('scene');
       await app.ready_to_step();
     },

@@ -13,6 +13,7 @@ export class Simulation extends EventTarget {
     this.generation = 0;
     this.replaying = null;
     this.recording = false;
+    this.opening = Promise.resolve();  // of the bodies in a stream's first line
   }
 
   tell(name, detail) {
@@ -30,6 +31,7 @@ export class Simulation extends EventTarget {
     const further = before ? `&continues=${before}${this.state === 'playing' ? '&state=playing' : ''}` : '';
     try {
       let info = await this.client.send('POST', `/simulations?wait_ms=2000${further}`, scene);
+      if (generation !== this.generation) return void [info.id, before].map(id => this.remove(id));
       this.id = info.id;
       while (info.state === 'preparing' && generation === this.generation)
         info = await this.client.get(`/simulations/${info.id}`);
@@ -83,10 +85,10 @@ export class Simulation extends EventTarget {
   async receive(data) {
     if (data.recorded) return this.finish_recording?.(data.recorded);
     if (data.generation !== this.generation) return;
-    if (data.closed) return this.closed(data.problem);
+    if (data.closed) return this.opening.then(() => this.closed(data.problem, data.generation));
     if (data.replayed) return this.set_state('recording');
     const {line} = data;
-    if (line.type === 'hello') await this.hello(line);
+    if (line.type === 'hello') await (this.opening = this.hello(line));
     else if (line.type === 'frame') this.take_frame(line);
     else if (line.type === 'state') this.set_state(line.state);
     else if (line.type === 'error') this.tell('problem', line.problem);
@@ -126,10 +128,11 @@ export class Simulation extends EventTarget {
     this.tell('state');
   }
 
-  closed(problem) {
-    if (this.ended || this.state === 'none' || this.state === 'recording') return;
+  closed(problem, generation) {
+    if (generation !== this.generation || this.ended || this.state === 'none' || this.state === 'recording') return;
     if (problem) this.tell('problem', problem);
     else this.tell('lost');
+    if (this.state === 'reading') this.set_state(this.shown ? 'recording' : 'none');  // what could be read
   }
 
   async patch(changes) {
@@ -138,12 +141,19 @@ export class Simulation extends EventTarget {
     this.set_state(this.info.state);
   }
 
-  /// The file of a recording, dropped on the page.
+  /// The file of a recording, dropped on the page; true when it begins as one.
   async replay(file) {
     await this.close();
     this.continued = false;
     this.set_state('reading');
     this.worker.postMessage({task: 'replay', file, generation: ++this.generation});
+    return new Promise(resolve => {
+      const done = ({type}) => {
+        for (const name of ['bodies', 'problem']) this.removeEventListener(name, done);
+        resolve(type === 'bodies');
+      };
+      for (const name of ['bodies', 'problem']) this.addEventListener(name, done);
+    });
   }
 
   start_recording() {
