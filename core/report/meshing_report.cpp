@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 namespace isochor {
 namespace {
@@ -10,6 +11,11 @@ namespace {
 template <class T>
 std::vector<T> axis(const std::vector<T>& values, T fallback) {
   return values.empty() ? std::vector<T>{fallback} : values;
+}
+
+std::vector<int> distinct(std::vector<int> rising) {
+  rising.erase(std::ranges::unique(rising).begin(), rising.end());
+  return rising;
 }
 
 MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshingOptions& options,
@@ -42,7 +48,11 @@ MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const Mesh
 }  // namespace
 
 MeshingAxes usual_meshing_axes(const MeshingOptions& base) {
-  MeshingAxes axes{{64, 128}, {12, 24, 32}, {0, 2}, {}};
+  const int cells = base.lattice.cells, most_cells = std::min(cells * 4 / 3, base.voxels / 2);
+  MeshingAxes axes{distinct({std::max({16, base.voxels / 2, 2 * most_cells}), base.voxels}),
+                   distinct({std::max(2, cells / 2), cells, std::max(cells, most_cells)}),
+                   distinct({0, base.smoothing.iterations}),
+                   {}};
   const double p_in = base.pseudo_volume.p_in_voxels;
   if (!base.pseudo_volume.p_in && !base.pseudo_volume.p_subs)
     axes.p_in_voxels = {p_in, std::min(2.0 * p_in, 16.0)};
@@ -72,11 +82,14 @@ MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress) {
   const std::vector<MeshingOptions> grid = meshing_grid(options);
   MeshingReport report;
+  const auto work = [](double sum, const MeshingOptions& settings) { return sum + settings.voxels; };
+  const double whole = std::accumulate(grid.begin(), grid.end(), 0.0, work);
   try {
-    for (const MeshingOptions& settings : grid) {
+    for (auto settings_at = grid.begin(); settings_at != grid.end(); ++settings_at) {
+      const MeshingOptions& settings = *settings_at;
       const std::string phase =
           "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
-      progress.report(phase, static_cast<double>(report.points.size()) / static_cast<double>(grid.size()));
+      progress.report(phase, std::accumulate(grid.begin(), settings_at, 0.0, work) / whole);
       const auto known = std::ranges::find(options.done, settings, &MeshingPoint::options);
       report.points.push_back(
           known != options.done.end() ? *known : measure(soup, settings, options.repeats, progress));

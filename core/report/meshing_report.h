@@ -17,7 +17,8 @@ struct MeshingAxes {
   std::vector<double> p_in_voxels;
 };
 
-/// What is compared when nobody says otherwise: P_in as in `base`, and at twice its distance.
+/// What is compared when nobody says otherwise: half and all of the voxels of `base`, half, all and four
+/// thirds of its cells, with and without smoothing, P_in as it is and at twice its distance.
 MeshingAxes usual_meshing_axes(const MeshingOptions& base);
 
 struct MeshingPoint {

@@ -14,9 +14,10 @@ struct OrderAxis {
   void (*clear)(SceneSettings&);
 };
 
-// A frame's substeps stand for h: their product is the frame, the same for all points.
+// A frame's substeps stand for h: their product is the frame, the same for all points. Those asked for, not
+// the largest number of a frame: that counts substeps that were halved for a moment.
 constexpr std::array<OrderAxis, 3> order_axes{{
-    {"h", [](const ScenePoint& p) { return 1.0 / std::max(1, p.substeps); },
+    {"h", [](const ScenePoint& p) { return 1.0 / std::max(1, p.settings.substeps); },
      [](SceneSettings& s) { s.substeps = 0; }},
     {"tolerance", [](const ScenePoint& p) { return p.settings.tolerance; },
      [](SceneSettings& s) { s.tolerance = 0.0; }},
@@ -33,20 +34,33 @@ bool usable(const ScenePoint& point) {
   return point.outcome == Outcome::converged || point.outcome == Outcome::infeasible;
 }
 
+/// On the reference's own lattice there is no error of the lattice to be seen.
+bool tells(const OrderAxis& axis, const SceneErrorField& field, const ScenePoint& point,
+           const SceneReport& report) {
+  const bool same_lattice = point.settings.resolution == report.reference.settings.resolution;
+  return point.errors.*field.value > error_floor(report, field) &&
+         !(axis.name == "cell_size" && field.of_reference && same_lattice);
+}
+
 }  // namespace
 
 std::span<const SceneErrorField> scene_error_fields() {
   static constexpr std::array<SceneErrorField, 8> fields{{
-      {"trajectory_rms", "trajectory error, rms (m)", &SceneErrors::trajectory_rms},
-      {"trajectory_max", "trajectory error, largest (m)", &SceneErrors::trajectory_max},
-      {"max_cell_volume", "largest cell volume error", &SceneErrors::max_cell_volume},
-      {"total_volume", "total volume error", &SceneErrors::total_volume},
-      {"linear_momentum", "linear momentum error", &SceneErrors::linear_momentum},
-      {"angular_momentum", "angular momentum error", &SceneErrors::angular_momentum},
-      {"energy", "energy error", &SceneErrors::energy},
-      {"max_penetration", "penetration (m)", &SceneErrors::max_penetration},
+      {"trajectory_rms", "trajectory error, rms (m)", &SceneErrors::trajectory_rms, true},
+      {"trajectory_max", "trajectory error, largest (m)", &SceneErrors::trajectory_max, true},
+      {"max_cell_volume", "largest cell volume error", &SceneErrors::max_cell_volume, false},
+      {"total_volume", "total volume error", &SceneErrors::total_volume, false},
+      {"linear_momentum", "linear momentum error", &SceneErrors::linear_momentum, true},
+      {"angular_momentum", "angular momentum error", &SceneErrors::angular_momentum, true},
+      {"energy", "energy error", &SceneErrors::energy, true},
+      {"max_penetration", "penetration (m)", &SceneErrors::max_penetration, false},
   }};
   return fields;
+}
+
+double error_floor(const SceneReport& report, const SceneErrorField& field) {
+  constexpr double round_off = 1e-14, margin = 4.0;
+  return field.of_reference ? std::max(round_off, margin * report.reference.errors.*field.value) : round_off;
 }
 
 std::vector<FittedOrder> fitted_orders(const SceneReport& report) {
@@ -63,13 +77,12 @@ std::vector<FittedOrder> fitted_orders(const SceneReport& report) {
         taken[i] = true;
         series.push_back(&report.points[i]);
       }
-      std::vector<double> x;
-      x.reserve(series.size());
-      for (const ScenePoint* point : series) x.push_back(axis.value(*point));
       for (const SceneErrorField& field : scene_error_fields()) {
-        std::vector<double> y;
-        y.reserve(series.size());
-        for (const ScenePoint* point : series) y.push_back(point->errors.*field.value);
+        std::vector<double> x, y;
+        for (const ScenePoint* point : series) {
+          if (!tells(axis, field, *point, report)) continue;
+          x.push_back(axis.value(*point)), y.push_back(point->errors.*field.value);
+        }
         if (const auto fit = fit_order(x, y))
           orders.push_back({field.name, axis.name, report.points[first].settings, fit->order, fit->points});
       }

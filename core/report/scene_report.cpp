@@ -1,20 +1,19 @@
 #include "core/report/scene_report.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include "core/report/material_points.h"
+#include "core/report/pace.h"
 #include "core/scene/simulation.h"
 
 namespace isochor {
 namespace {
-
-template <class T>
-std::vector<T> axis(const std::vector<T>& values, T fallback) {
-  return values.empty() ? std::vector<T>{fallback} : values;
-}
 
 /// Sizes that make errors relative.
 struct Scales {
@@ -140,97 +139,162 @@ struct Study {
   MaterialPoints points = {};
   Run reference = {};
   Scales scales = {};
-  int needed_substeps = 1;             ///< of symplectic Euler, at the finest resolution
-  double work_done = 0.0, work = 1.0;  ///< as expected_work counts it
+  Pace pace{1};
 
   std::unique_ptr<Simulation> build(const SceneSettings& settings) const {
+    return build(apply_settings(scene, settings));
+  }
+  std::unique_ptr<Simulation> build(const Scene& changed) const {
     Progress quiet = progress.with_sink({});
-    const Scene changed = apply_settings(scene, settings);
     return options.build ? options.build(changed, quiet) : compile(changed, quiet);
   }
 };
 
-/// Of one run, relative: substeps times cells. An implicit step counts as ten.
-double expected_work(const Study& study, const SceneSettings& settings) {
-  constexpr int cheap_substeps = 15;
-  const bool implicit = settings.springs == SpringIntegrator::automatic
-                            ? study.needed_substeps > std::max(cheap_substeps, settings.substeps)
-                            : settings.springs != SpringIntegrator::symplectic;
-  const int substeps =
-      implicit ? 10 * std::max(1, settings.substeps) : std::max(study.needed_substeps, settings.substeps);
-  return substeps * std::pow(settings.resolution, 3);
-}
-
-constexpr int reference_index = -1;
+constexpr int reference_index = -1, not_recorded = -2;
 constexpr double slow_run_seconds = 10.0;
 
-Run measured_run(Study& study, const SceneSettings& settings, int index, bool recorded,
-                 const std::string& phase) {
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Run measured_run(Study& study, const SceneSettings& settings, int index, const std::string& phase) {
   const SceneReportOptions& options = study.options;
+  const Clock::time_point start = Clock::now();
   const auto simulation = study.build(settings);
   if (study.points.bodies.empty()) {
     study.points = choose_material_points(simulation->topology(), options.material_points);
     study.scales = scene_scales(*simulation);
   }
+  const bool recorded = index != not_recorded;
   if (recorded && options.on_start) options.on_start(index, *simulation);
   FrameSink sink;
   if (recorded && options.on_frame)
     sink = [&, index](const Snapshot& frame) { options.on_frame(index, frame); };
-  const double work = expected_work(study, settings);
-  Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double fraction) {
-    study.progress.report(phase, (study.work_done + work * fraction) / study.work);
+  Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double share) {
+    study.progress.report(phase, study.pace.fraction(settings, share, seconds_since(start)));
   });
-  study.work_done += work;
+  study.pace.end_run(settings, seconds_since(start));
   return run;
 }
 
-/// Substeps a frame that symplectic Euler asks for by itself, at the finest resolution of the grid.
-int needed_substeps(const Study& study, SceneSettings settings) {
-  settings.springs = SpringIntegrator::symplectic;
-  settings.substeps = 0;
-  return std::max(1, study.build(settings)->step(study.progress).metrics.substeps);
-}
+/// Asks the scene at rest and weightless, so that no substep is halved, whatever happens in its first frame.
+class Probe {
+ public:
+  explicit Probe(const Study& study) : study_(study) {}
+
+  SceneSettings as_stepped(SceneSettings settings) {
+    Simulation* simulation = built(settings);
+    if (!simulation) return settings;
+    SolverOptions solver = simulation->scene().solver;
+    solver.springs = settings.springs, solver.substeps = settings.substeps;
+    simulation->set_solver(solver);
+    settings.substeps = simulation->step(study_.progress).metrics.substeps;
+    if (settings.springs == SpringIntegrator::automatic) settings.springs = chosen(simulation->plan());
+    return settings;
+  }
+
+ private:
+  /// nullptr where the scene cannot be built so: its points will say why.
+  Simulation* built(const SceneSettings& settings) {
+    const auto [place, is_new] = built_.try_emplace(settings.resolution);
+    if (is_new) try {
+        Scene scene = apply_settings(study_.scene, settings);
+        scene.gravity = Vec3::Zero();
+        for (SceneBody& body : scene.bodies) {
+          body.velocity = body.angular_velocity = Vec3::Zero();
+          if (auto* deformable = std::get_if<DeformableBody>(&body.kind)) deformable->start = {};
+        }
+        place->second = study_.build(scene);
+      } catch (const Error& error) {
+        if (error.code() == ErrorCode::cancelled) throw;
+      }
+    return place->second.get();
+  }
+
+  static SpringIntegrator chosen(const std::vector<PlannedPhase>& plan) {
+    const auto has = [&](std::string_view name) {
+      return std::ranges::any_of(plan, [&](const PlannedPhase& p) { return p.name == name && p.included; });
+    };
+    const bool symplectic = has("symplectic_euler"), implicit = has("implicit_euler");
+    if (symplectic == implicit) return SpringIntegrator::automatic;
+    return symplectic ? SpringIntegrator::symplectic : SpringIntegrator::implicit;
+  }
+
+  const Study& study_;
+  std::map<double, std::unique_ptr<Simulation>> built_;
+};
 
 // Symplectic at a far smaller step than any point's. Where that is out of reach, `automatic` steps
 // implicitly, at the smaller step all the same.
-SceneSettings reference_settings(Study& study, const std::vector<SceneSettings>& grid) {
+SceneSettings reference_settings(const SceneReportOptions& options, const std::vector<SceneSettings>& grid,
+                                 Probe& probe) {
   constexpr int most_needed = 1000, most_refined = 4000;
   SceneSettings reference = grid.front();
   reference.solver = VolumeSolver::newton;
-  reference.tolerance = study.options.reference_tolerance;
+  reference.tolerance = options.reference_tolerance;
+  reference.springs = SpringIntegrator::symplectic;
+  reference.substeps = 0;
   int substeps = 1;
   for (const SceneSettings& settings : grid) {
     reference.resolution = std::max(reference.resolution, settings.resolution);
     substeps = std::max(substeps, settings.substeps);
   }
-  study.needed_substeps = needed_substeps(study, reference);
-  const int refinement = study.options.reference_refinement;
-  reference.substeps =
-      std::max(refinement * substeps, std::min(refinement * study.needed_substeps, most_refined));
-  reference.springs =
-      study.needed_substeps <= most_needed ? SpringIntegrator::symplectic : SpringIntegrator::automatic;
+  const int needed = std::max(1, probe.as_stepped(reference).substeps),
+            refinement = options.reference_refinement;
+  reference.substeps = std::max(refinement * substeps, std::min(refinement * needed, most_refined));
+  if (needed > most_needed) reference.springs = SpringIntegrator::automatic;
   return reference;
 }
 
+SceneSettings at_half_the_substeps(SceneSettings settings) {
+  settings.substeps = std::max(1, settings.substeps / 2);
+  return settings;
+}
+
+void describe(const Run& run, ScenePoint& point) {
+  point.outcome = run.outcome, point.reason = run.reason, point.cells = run.cells;
+  for (const Metrics& m : run.metrics) {
+    point.substeps = std::max(point.substeps, m.substeps);
+    point.recoveries += m.recoveries, point.fallbacks += m.fallbacks;
+  }
+}
+
+void add_times(const std::vector<std::vector<double>>& frame_ms, ScenePoint& point) {
+  std::vector<double> medians, slow, seconds;
+  for (const std::vector<double>& frames : frame_ms) {
+    medians.push_back(spread_of(frames).median);
+    slow.push_back(quantile(frames, 0.95));
+    seconds.push_back(std::accumulate(frames.begin(), frames.end(), 0.0) / 1000.0);
+  }
+  point.runs = static_cast<int>(frame_ms.size());
+  point.ms_per_step = spread_of(medians);
+  point.ms_p95 = spread_of(slow).median;
+  point.seconds = spread_of(seconds).median;
+}
+
+/// The reference, and how far it is from itself at half its substeps.
+void run_reference(Study& study, ScenePoint& reference) {
+  study.reference = measured_run(study, reference.settings, reference_index, "reference");
+  describe(study.reference, reference);
+  add_times({study.reference.frame_ms}, reference);
+  const Run coarser = measured_run(study, at_half_the_substeps(reference.settings), not_recorded,
+                                   "reference at twice its step");
+  reference.errors = compare(coarser, study.reference, study.scales);
+}
+
 ScenePoint run_point(Study& study, const SceneSettings& settings, int index, const std::string& phase) {
+  const int repeats = std::max(1, study.options.repeats);
   ScenePoint point;
   point.settings = settings;
-  std::vector<double> medians, slow, seconds;
-  const double work_after =
-      study.work_done + std::max(1, study.options.repeats) * expected_work(study, settings);
+  std::vector<std::vector<double>> frame_ms;
   try {
-    for (int repeat = 0; repeat < std::max(1, study.options.repeats); ++repeat) {
-      const Run run = measured_run(study, settings, index, repeat == 0, phase);
-      medians.push_back(spread_of(run.frame_ms).median);
-      slow.push_back(quantile(run.frame_ms, 0.95));
-      seconds.push_back(run.seconds());
-      if (repeat > 0) continue;
-      point.outcome = run.outcome, point.reason = run.reason, point.cells = run.cells;
+    while (std::ssize(frame_ms) < repeats) {
+      const Run run = measured_run(study, settings, frame_ms.empty() ? index : not_recorded, phase);
+      frame_ms.push_back(run.frame_ms);
+      if (frame_ms.size() > 1) continue;
+      describe(run, point);
       point.errors = compare(run, study.reference, study.scales);
-      for (const Metrics& m : run.metrics) {
-        point.substeps = std::max(point.substeps, m.substeps);
-        point.recoveries += m.recoveries, point.fallbacks += m.fallbacks;
-      }
       // A slow point is as good as its first run: the noise of a repeat is small beside it.
       if (run.outcome == Outcome::blew_up || run.seconds() > slow_run_seconds) break;
     }
@@ -239,62 +303,49 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
     point.outcome = Outcome::failed;
     point.reason = error.what();
   }
-  study.work_done = work_after;  // also where repeats were left out
-  point.ms_per_step = spread_of(medians);
-  point.ms_p95 = spread_of(slow).median;
-  point.seconds = spread_of(seconds).median;
+  study.pace.leave_out(settings, repeats - static_cast<int>(frame_ms.size()));
+  add_times(frame_ms, point);
   return point;
 }
 
-void refine(SceneBody& body, double resolution) {
-  auto* deformable = std::get_if<DeformableBody>(&body.kind);
-  if (!deformable || resolution == 1.0) return;
-  if (auto* lattice = std::get_if<LatticeShape>(&deformable->shape)) {
-    // The scene's own stiffness, read as a modulus at its own cell size, so that the material stays the same.
-    if (!deformable->edge_modulus) deformable->edge_modulus = deformable->edge_stiffness / lattice->cell_size;
-    if (!deformable->diagonal_modulus)
-      deformable->diagonal_modulus = deformable->diagonal_stiffness / lattice->cell_size;
-    const Vec3 extent = lattice->cells.cast<double>() * lattice->cell_size;
-    const int longest = std::max(1, static_cast<int>(std::lround(lattice->cells.maxCoeff() * resolution)));
-    lattice->cell_size = extent.maxCoeff() / longest;
-    lattice->cells = (extent / lattice->cell_size).array().round().max(1.0).cast<int>();
-    return;
+/// What is done of a grid, in its order.
+using DonePoints = std::vector<std::optional<ScenePoint>>;
+
+DonePoints done_before(const std::vector<SceneSettings>& grid, const SceneReport& earlier) {
+  DonePoints done;
+  for (const SceneSettings& settings : grid) {
+    const auto known = std::ranges::find(earlier.points, settings, &ScenePoint::settings);
+    done.push_back(known != earlier.points.end() ? std::optional(*known) : std::nullopt);
   }
-  if (!deformable->edge_modulus || !deformable->diagonal_modulus)
-    throw Error(ErrorCode::invalid_argument,
-                "body \"" + body.name + "\" gives its springs in N/m, which do not follow the resolution",
-                "give edge_modulus and diagonal_modulus in Pa");
-  auto* mesh = std::get_if<MeshShape>(&deformable->shape);
-  if (!mesh)
-    throw Error(ErrorCode::invalid_argument,
-                "the model of body \"" + body.name + "\" is finished: its cells do not follow the resolution",
-                "name the mesh that it was made of");
-  mesh->meshing.lattice.cells =
-      std::max(2, static_cast<int>(std::lround(mesh->meshing.lattice.cells * resolution)));
+  return done;
+}
+
+void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& done, SceneReport& report) {
+  const auto collect = [&] {
+    report.points.clear();
+    for (const auto& point : done)
+      if (point) report.points.push_back(*point);
+  };
+  collect();
+  if (report.points.size() == grid.size()) return;
+  study.pace.expect(report.reference.settings, 1);
+  study.pace.expect(at_half_the_substeps(report.reference.settings), 1);
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    if (!done[i]) study.pace.expect(grid[i], std::max(1, study.options.repeats));
+  ScenePoint reference;
+  reference.settings = report.reference.settings;
+  run_reference(study, reference);
+  report.reference = reference;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    if (done[i]) continue;
+    const std::string phase = "point " + std::to_string(i + 1) + " of " + std::to_string(grid.size());
+    done[i] = run_point(study, grid[i], static_cast<int>(i), phase);
+    collect();
+    if (study.options.on_point) study.options.on_point(report);
+  }
 }
 
 }  // namespace
-
-std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes) {
-  std::vector<SceneSettings> grid;
-  for (VolumeSolver solver : axis(axes.solvers, scene.solver.volume))
-    for (SpringIntegrator springs : axis(axes.springs, scene.solver.springs))
-      for (double resolution : axis(axes.resolutions, 1.0))
-        for (double tolerance : axis(axes.tolerances, scene.solver.tolerance))
-          for (int substeps : axis(axes.substeps, scene.solver.substeps))
-            grid.push_back({solver, springs, substeps, tolerance, resolution});
-  return grid;
-}
-
-Scene apply_settings(const Scene& scene, const SceneSettings& settings) {
-  Scene changed = scene;
-  changed.solver.volume = settings.solver;
-  changed.solver.springs = settings.springs;
-  changed.solver.substeps = settings.substeps;
-  changed.solver.tolerance = settings.tolerance;
-  for (SceneBody& body : changed.bodies) refine(body, settings.resolution);
-  return changed;
-}
 
 void check_scene_report(const Scene& scene, const SceneReportOptions& options, std::int64_t max_bytes) {
   if (!scene.duration)
@@ -313,29 +364,23 @@ void check_scene_report(const Scene& scene, const SceneReportOptions& options, s
 
 SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress) {
   check_scene_report(scene, options, std::numeric_limits<std::int64_t>::max());
-  const std::vector<SceneSettings> grid = scene_grid(scene, options.axes);
   Study study{scene, options, progress};
-  SceneReport report{scene.name, {}, 0.0, {}, true};
-  std::vector<ScenePoint> done;
-  const auto known = [&](const SceneSettings& settings) {
-    return std::ranges::find(done, settings, &ScenePoint::settings);
-  };
+  SceneReport report;
+  report.scene = scene.name;
   try {
-    report.reference = reference_settings(study, grid);
-    if (options.earlier.reference == report.reference) done = options.earlier.points;
-    study.work = expected_work(study, report.reference);
-    for (const SceneSettings& settings : grid)
-      if (known(settings) == done.end())
-        study.work += std::max(1, options.repeats) * expected_work(study, settings);
-    study.reference = measured_run(study, report.reference, reference_index, true, "reference");
-    report.reference_seconds = study.reference.seconds();
-    for (std::size_t i = 0; i < grid.size(); ++i) {
-      const auto earlier = known(grid[i]);
-      const std::string phase = "point " + std::to_string(i + 1) + " of " + std::to_string(grid.size());
-      report.points.push_back(earlier != done.end() ? *earlier
-                                                    : run_point(study, grid[i], static_cast<int>(i), phase));
-      if (options.on_point) options.on_point(report);
+    Probe probe(study);
+    const std::vector<SceneSettings> grid = scene_grid(
+        scene, options.axes, [&](const SceneSettings& settings) { return probe.as_stepped(settings); });
+    report.reference.settings = reference_settings(options, grid, probe);
+    DonePoints done(grid.size());
+    if (options.earlier.reference.settings == report.reference.settings) {
+      report.reference = options.earlier.reference;
+      done = done_before(grid, options.earlier);
     }
+    SceneSettings needed = report.reference.settings;
+    needed.substeps = 0;
+    study.pace = Pace(probe.as_stepped(needed).substeps);
+    run_grid(study, grid, done, report);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::cancelled) throw;
     report.complete = false;

@@ -10,40 +10,12 @@
 
 #include "core/common/progress.h"
 #include "core/report/fit.h"
-#include "core/scene/scene.h"
+#include "core/report/scene_settings.h"
 #include "core/scene/snapshot.h"
 
 namespace isochor {
 
 class Simulation;
-
-/// One point of the grid solver × step × tolerance × resolution.
-struct SceneSettings {
-  VolumeSolver solver = VolumeSolver::newton;
-  SpringIntegrator springs = SpringIntegrator::automatic;
-  int substeps = 0;  ///< a frame; 0: as many as stability asks for
-  double tolerance = 1e-6;
-  double resolution = 1.0;  ///< factor on the cells of every deformable body's lattice
-  bool operator==(const SceneSettings&) const = default;
-};
-
-/// The axes; an empty one takes the scene's own value.
-struct SceneAxes {
-  std::vector<VolumeSolver> solvers;
-  std::vector<SpringIntegrator> springs;
-  std::vector<int> substeps;
-  std::vector<double> tolerances;
-  std::vector<double> resolutions;
-};
-/// What is compared when nobody says otherwise.
-inline const SceneAxes usual_scene_axes{
-    {VolumeSolver::newton, VolumeSolver::gradient, VolumeSolver::scaling}, {}, {1, 2, 4, 8}, {}, {}};
-std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes);
-
-/// The scene with these settings. A lattice body's cell_size is divided as its cells are multiplied, its
-/// springs keep their modulus E = k/cell_size. Throws invalid_argument when another resolution of a meshed
-/// body meets springs in N/m.
-Scene apply_settings(const Scene& scene, const SceneSettings& settings);
 
 /// Errors over a run; lengths in metres, "max" over frames 1 to the last.
 struct SceneErrors {
@@ -62,6 +34,7 @@ struct SceneErrors {
 struct SceneErrorField {
   std::string_view name, label;
   double SceneErrors::*value;
+  bool of_reference;  ///< measured against the reference, so no better than it is
 };
 std::span<const SceneErrorField> scene_error_fields();
 
@@ -80,14 +53,14 @@ struct ScenePoint {
   Spread ms_per_step;    ///< a frame's worth of simulation: median over the frames, spread over the repeats
   double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, median of the repeats
   double seconds = 0.0;  ///< simulating the whole run, median of the repeats
+  int runs = 0;          ///< that the spread is of: the repeats, or one of a slow point
   int substeps = 0;      ///< largest of a frame
   std::int64_t cells = 0, recoveries = 0, fallbacks = 0;
 };
 
 struct SceneReport {
   std::string scene;
-  SceneSettings reference;  ///< what the errors are measured against
-  double reference_seconds = 0.0;
+  ScenePoint reference;  ///< what the errors are measured against; its own are those at half its substeps
   std::vector<ScenePoint> points;
   bool complete = true;  ///< false when cancelled: what was done is here
 };
@@ -100,7 +73,7 @@ struct SceneReportOptions {
   int material_points = 256;  ///< followed a body
   /// Makes the simulation of one point; empty: scene/compile.
   std::function<std::unique_ptr<Simulation>(const Scene&, Progress&)> build;
-  /// An earlier run, whose points are taken over where it was measured against the same reference.
+  /// An earlier run, whose points are taken over where they were measured against the same reference.
   SceneReport earlier;
   /// Called after each point, so that a caller can keep what is done.
   std::function<void(const SceneReport&)> on_point;
@@ -114,8 +87,8 @@ struct SceneReportOptions {
 /// points of the reference and of a run, frame by frame, would take more than max_bytes.
 void check_scene_report(const Scene& scene, const SceneReportOptions& options, std::int64_t max_bytes);
 
-/// Runs the grid against a reference at a far smaller step. Cancelling keeps what is done (complete = false).
-/// Progress is that of the whole, by the substeps and cells to come.
+/// Runs the grid against a reference at a far smaller step. Cancelling keeps what is done, and what an
+/// earlier run did (complete = false). Progress is that of the whole, by the time that it took so far.
 SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, Progress& progress);
 
 /// An order of convergence fitted over one axis, all other settings equal.
@@ -126,7 +99,12 @@ struct FittedOrder {
   double order = 0.0;
   int points = 0;
 };
+/// Only over errors that can be told from round-off and from the reference's own; over cell_size not over
+/// those on the reference's lattice, which share its error.
 std::vector<FittedOrder> fitted_orders(const SceneReport& report);
+
+/// What an error has to exceed to be told from round-off and from the error of the reference.
+double error_floor(const SceneReport& report, const SceneErrorField& field);
 
 /// The point with the smallest trajectory error (then cell error) that converged and simulates 95 % of its
 /// frames within the budget.

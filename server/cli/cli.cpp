@@ -49,7 +49,9 @@ int report(const Error& error, bool json) {
 
 int report_usage(const CLI::App& app, const CLI::ParseError& error, bool json) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-  return report(Error(ErrorCode::invalid_argument, error.what(), "see isochor --help"), json);
+  std::string command = "isochor ";
+  for (const CLI::App* named : app.get_subcommands()) command += named->get_name() + " ";
+  return report(Error(ErrorCode::invalid_argument, error.what(), "see " + command + "--help"), json);
 }
 
 int run(CLI::App& app, CliContext& context, int argc, char** argv) {

@@ -99,7 +99,7 @@ void CommandProgress::show(std::string_view phase, double fraction) {
 
 std::string CommandProgress::time_left(double fraction) {
   const Clock::time_point now = Clock::now();
-  if (fraction < last_fraction_) start_ = now, start_fraction_ = fraction;
+  if (fraction < 0.5 * last_fraction_) start_ = now, start_fraction_ = fraction;  // another phase
   last_fraction_ = fraction;
   const double elapsed = std::chrono::duration<double>(now - start_).count(),
                done = fraction - start_fraction_;

@@ -1,9 +1,13 @@
 #include <fmt/format.h>
 
+#include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "core/export/atomic_file.h"
+#include "core/parallel/parallel.h"
 #include "core/report/meshing_report.h"
 #include "core/report/scene_report.h"
 #include "core/scene/read_scene.h"
@@ -22,23 +26,43 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* scene_group = "Axes, of scenes";
+constexpr const char* mesh_group = "Axes, of meshes (all else as below)";
+
 struct ReportCommand {
   std::vector<std::string> inputs;
   std::string output;
-  std::vector<std::string> solvers, springs;
-  SceneAxes axes = usual_scene_axes;
-  MeshingAxes meshing;  ///< an empty one takes the usual values
+  std::vector<std::string> solvers, springs;  ///< an empty axis takes the usual values
+  std::vector<int> substeps;
+  std::vector<double> tolerances, resolutions;
+  MeshingAxes meshing;
   int repeats = 3, refinement = 16;
   std::optional<double> budget_ms;
   bool resume = false, recordings = false;
 };
 
-/// The three files of a report; a part of a run is written as soon as it is done.
+/// The three files of a report.
 void write_report(const fs::path& folder, const std::string& json, const std::string& csv) {
   write_file(folder / "report.json", json);
   write_file(folder / "report.csv", csv);
   write_file(folder / "report.html", make_report_page(json, data_folder("web")));
 }
+
+/// What is done is written while a run goes on, but no more than every two seconds: three files that are safe
+/// on the disk take longer than a quick point.
+class PartWriter {
+ public:
+  template <class Write>
+  void write(const Write& write_files) {
+    if (Clock::now() - last_ < std::chrono::seconds(2)) return;
+    write_files();
+    last_ = Clock::now();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+};
 
 /// Recordings of the reference and of each point's first repeat, as `simulate` writes them.
 class PointRecorder {
@@ -69,20 +93,35 @@ void note_interruption(CliContext& context) {
   context.note("interrupted; the same command with --resume goes on");
 }
 
+/// Of the trajectory, on the finest lattice, over the first axis that has any; all stand in the files.
+void print_orders(const CliContext& context, const SceneReport& report) {
+  std::string_view axis;
+  for (const FittedOrder& order : fitted_orders(report)) {
+    if (order.points < 3 || order.error != "trajectory_rms" || (!axis.empty() && order.axis != axis))
+      continue;
+    axis = order.axis;
+    if (axis != "cell_size" && order.series.resolution != report.reference.settings.resolution) continue;
+    const double rounded = std::round(100.0 * order.order) / 100.0 + 0.0;  // no −0
+    context.print(fmt::format("order {:.2f} of {} in {}: {}, {} points", rounded, order.error, order.axis,
+                              series_name(order), order.points));
+  }
+}
+
 void print_scene_report(const CliContext& context, const SceneReport& report, const fs::path& folder) {
   context.print(fmt::format("{:<12} {:<16} {:>8} {:>9} {:>6} {:>10} {:>12} {:>12}  {}", "solver", "springs",
                             "substeps", "tolerance", "res", "ms a step", "trajectory", "cell volume",
                             "outcome"));
   for (const ScenePoint& p : report.points)
     context.print(fmt::format("{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10.3g} {:>12.2e} {:>12.2e}  {}{}",
-                              solver_name(p.settings.solver), springs_name(p.settings.springs), p.substeps,
-                              p.settings.tolerance, p.settings.resolution, p.ms_per_step.median,
-                              p.errors.trajectory_rms, p.errors.max_cell_volume, outcome_name(p.outcome),
-                              p.reason.empty() ? "" : ": " + p.reason));
-  for (const FittedOrder& order : fitted_orders(report))
-    if (order.points > 2 && order.error == "trajectory_rms")
-      context.print(fmt::format("order {:.2f} of {} in {}: {}, {} points", order.order, order.error,
-                                order.axis, series_name(order), order.points));
+                              solver_name(p.settings.solver), springs_name(p.settings.springs),
+                              p.settings.substeps, p.settings.tolerance, p.settings.resolution,
+                              p.ms_per_step.median, p.errors.trajectory_rms, p.errors.max_cell_volume,
+                              outcome_name(p.outcome), p.reason.empty() ? "" : ": " + p.reason));
+  if (report.reference.outcome != Outcome::converged && !report.points.empty())
+    context.warning(
+        fmt::format("the reference itself {}: {}; errors against it are differences between two runs",
+                    outcome_name(report.reference.outcome), report.reference.reason));
+  print_orders(context, report);
   context.note("wrote " + (folder / "report.html").string());
 }
 
@@ -100,7 +139,7 @@ void fit_scene_budget(const CliContext& context, const SceneReport& report, doub
                   "in 95 % of them, "
                   "trajectory error {:.2e} m; wrote {}",
                   budget_ms, solver_name(best->settings.solver), springs_name(best->settings.springs),
-                  best->substeps, best->settings.tolerance, best->ms_per_step.median, best->ms_p95,
+                  best->settings.substeps, best->settings.tolerance, best->ms_per_step.median, best->ms_p95,
                   best->errors.trajectory_rms, (folder / "budget.json").string()));
 }
 
@@ -117,24 +156,41 @@ std::string source_of(const std::string& input, const Scene& scene) {
   return content_id("scene-", content);
 }
 
+template <class T>
+std::optional<std::vector<T>> asked(const std::vector<T>& axis) {
+  return axis.empty() ? std::nullopt : std::optional(axis);
+}
+
+template <class T>
+std::optional<std::vector<T>> named(const std::vector<std::string>& names,
+                                    T (*value_of)(const std::string&)) {
+  std::vector<T> axis;
+  std::ranges::transform(names, std::back_inserter(axis), value_of);
+  return asked(axis);
+}
+
+SceneAxes scene_axes(const ReportCommand& command) {
+  return {named(command.solvers, solver_named), named(command.springs, springs_named),
+          asked(command.substeps), asked(command.tolerances), asked(command.resolutions)};
+}
+
 /// The encoded report.
 std::string run_scene_report(CliContext& context, const ReportCommand& command, const std::string& input,
                              const fs::path& folder) {
   const Scene scene = read_scene_file(input);
   SceneReportOptions options;
-  options.axes = command.axes;
-  if (!command.solvers.empty()) options.axes.solvers.clear();
-  for (const std::string& name : command.solvers) options.axes.solvers.push_back(solver_named(name));
-  for (const std::string& name : command.springs) options.axes.springs.push_back(springs_named(name));
+  options.axes = scene_axes(command);
   options.repeats = command.repeats;
   options.reference_refinement = command.refinement;
   const std::string source = source_of(input, scene);
   if (command.resume && fs::exists(folder / "report.json"))
     options.earlier = decode_scene_report(read_bytes((folder / "report.json").string()), source);
-  options.on_point = [&](const SceneReport& part) {
-    SceneReport so_far = part;
-    so_far.complete = false;
-    write_report(folder, encode_scene_report(so_far, command.budget_ms, source), encode_scene_csv(so_far));
+  PartWriter parts;
+  options.on_point = [&](SceneReport part) {
+    part.complete = false;
+    parts.write([&] {
+      write_report(folder, encode_scene_report(part, command.budget_ms, source), encode_scene_csv(part));
+    });
   };
   std::unique_ptr<PointRecorder> recorder;
   if (command.recordings) {
@@ -148,6 +204,10 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
     report = report_scene(scene, options, progress);
   }
   std::string json = encode_scene_report(report, command.budget_ms, source);
+  if (report.points.empty() && !report.complete) {  // an earlier report may stand there
+    note_interruption(context);
+    return json;
+  }
   write_report(folder, json, encode_scene_csv(report));
   print_scene_report(context, report, folder);
   if (!report.complete)
@@ -204,11 +264,13 @@ std::string run_meshing_report(CliContext& context, const ReportCommand& command
   if (command.resume && fs::exists(folder / "report.json"))
     options.done = decode_meshing_report(read_bytes((folder / "report.json").string()), source).points;
   const std::string name = fs::path(input).filename().string();
-  options.on_point = [&](const MeshingReport& part) {
-    MeshingReport so_far = part;
-    so_far.complete = false;
-    write_report(folder, encode_meshing_report(so_far, name, command.budget_ms, source),
-                 encode_meshing_csv(so_far));
+  PartWriter parts;
+  options.on_point = [&](MeshingReport part) {
+    part.complete = false;
+    parts.write([&] {
+      write_report(folder, encode_meshing_report(part, name, command.budget_ms, source),
+                   encode_meshing_csv(part));
+    });
   };
   MeshingReport report;
   {
@@ -226,19 +288,53 @@ std::string run_meshing_report(CliContext& context, const ReportCommand& command
   return json;
 }
 
+bool is_scene(const std::string& input) {
+  return fs::path(input).extension() == ".json";
+}
+
+/// Where a report of this input goes.
+fs::path folder_of(const ReportCommand& command, const std::string& input) {
+  const fs::path output = command.output;
+  return command.inputs.size() == 1 ? output : output / fs::path(input).stem();
+}
+
+/// What can be refused before the work begins.
+void check_command(const CLI::App& app, const ReportCommand& command) {
+  std::set<fs::path> folders;
+  for (const std::string& input : command.inputs)
+    if (!folders.insert(folder_of(command, input)).second)
+      throw Error(
+          ErrorCode::invalid_argument,
+          fmt::format("two inputs are called {}, and would share a folder", fs::path(input).stem().string()),
+          "report them one by one, or rename one");
+  const auto without = [&](const char* group, bool has_input, const char* what) {
+    if (has_input) return;
+    for (const CLI::Option* option :
+         app.get_options([&](const CLI::Option* o) { return o->get_group() == group; }))
+      if (option->count() > 0)
+        throw Error(ErrorCode::invalid_argument,
+                    fmt::format("{} is for {}, and none is given", option->get_name(), what),
+                    "leave it out; isochor report --help lists what goes with scenes and what with meshes");
+  };
+  const bool any_scene = std::ranges::any_of(command.inputs, is_scene);
+  without(scene_group, any_scene, "scenes");
+  for (const char* group : {mesh_group, "Meshing"})
+    without(group, !std::ranges::all_of(command.inputs, is_scene), "meshes");
+  make_report_page("{}", data_folder("web"));  // says where a part of it is missing
+}
+
 void run_report(CliContext& context, const ReportCommand& command, const ParameterOptions& parameters) {
+  set_thread_count(context.threads);  // reports name it
   Json documents = Json::array();
   std::optional<Error> unmet;  // a budget of one input does not stop the others
   for (const std::string& input : command.inputs) {
     if (context.exit_code == exit_interrupted) break;
-    const fs::path folder = command.inputs.size() == 1 ? fs::path(command.output)
-                                                       : fs::path(command.output) / fs::path(input).stem();
+    const fs::path folder = folder_of(command, input);
     fs::create_directories(folder);
     try {
       const std::string json =
-          fs::path(input).extension() == ".json"
-              ? run_scene_report(context, command, input, folder)
-              : run_meshing_report(context, command, parameters.resolve(), input, folder);
+          is_scene(input) ? run_scene_report(context, command, input, folder)
+                          : run_meshing_report(context, command, parameters.resolve(), input, folder);
       if (context.json) documents.push_back(Json::parse(json));
     } catch (const Error& error) {
       if (error.code() != ErrorCode::over_budget) throw;
@@ -260,35 +356,61 @@ void add_report_command(CLI::App& app, CliContext& context) {
   command->add_option("INPUT", options->inputs, "Scenes (.json) or meshes")->required();
   command->add_option("-o,--output", options->output, "Folder for report.json, report.csv and report.html")
       ->required();
-  const auto list = [&](const std::string& name, auto& values, const std::string& meaning) {
-    return command->add_option(name, values, meaning)->delimiter(',');
+  const auto list = [&](const char* group, const char* name, auto& values, const char* type,
+                        const char* meaning) {
+    return command->add_option(name, values, meaning)->delimiter(',')->type_name(type)->group(group);
   };
-  list("--solvers", options->solvers, "Volume solvers to compare; all when absent")
+  const auto range = [](AxisRange r) { return CLI::Range(r.min, r.max); };
+  list(scene_group, "--solvers", options->solvers, "NAME,...",
+       "Volume solvers: newton, gradient, scaling; all when absent")
       ->check(CLI::IsMember({"newton", "gradient", "scaling"}));
-  list("--springs", options->springs, "Spring integrators")
+  list(scene_group, "--springs", options->springs, "NAME,...",
+       "Integrators of the springs: auto, symplectic, implicit, energy_momentum; the scene's own when absent")
       ->check(CLI::IsMember({"auto", "symplectic", "implicit", "energy_momentum"}));
-  list("--substeps", options->axes.substeps, "Substeps a frame; 0 is automatic");
-  list("--tolerances", options->axes.tolerances, "Largest relative volume error of a cell");
-  list("--resolutions", options->axes.resolutions, "Factors on the cells of each deformable body");
-  list("--grid-voxels", options->meshing.voxels, "Voxels, for a mesh");
-  list("--grid-cells", options->meshing.cells, "Cells, for a mesh");
-  list("--grid-smoothing", options->meshing.smoothing_iterations, "Smoothing iterations, for a mesh");
-  list("--grid-p-in-voxels", options->meshing.p_in_voxels, "P_in in voxels, for a mesh");
-  command->add_option("--repeats", options->repeats, "Runs of each point")->check(CLI::Range(1, 100));
+  list(scene_group, "--substeps", options->substeps, "N,...",
+       "Substeps a frame, 0 to 1000; fewer than stability asks for are raised to it, as is 0; when absent "
+       "once, "
+       "twice, 4 and 8 times what the scene takes, and of symplectic Euler, where that takes more")
+      ->check(range(substeps_range));
+  list(scene_group, "--tolerances", options->tolerances, "NUMBER,...",
+       "Largest relative volume error of a cell, 1e-12 to 0.1; 1e-2, 1e-4 and the scene's own when absent")
+      ->check(range(tolerance_range));
+  list(scene_group, "--resolutions", options->resolutions, "FACTOR,...",
+       "Factors on the cells of each deformable body, 0.125 to 8; 0.5 and 1 when absent")
+      ->check(range(resolution_range));
   command
       ->add_option("--refinement", options->refinement,
                    "Substeps of the reference over the largest of the grid")
-      ->check(CLI::Range(1, 1024));
-  command->add_option("--budget-ms", options->budget_ms,
-                      "Name the settings with the smallest error that keep 95 % of the steps (or meshing) "
-                      "within this time, and "
-                      "write them as budget.json, a params file");
-  command->add_flag("--resume", options->resume, "Take over the points that an earlier run has finished");
-  command->add_flag("--recordings", options->recordings,
-                    "Keep the frames of the reference and of every point");
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str()
+      ->group(scene_group);
+  command
+      ->add_flag("--recordings", options->recordings, "Keep the frames of the reference and of every point")
+      ->group(scene_group);
+  list(mesh_group, "--grid-voxels", options->meshing.voxels, "N,...",
+       "Voxels; half and all of --voxels when absent");
+  list(mesh_group, "--grid-cells", options->meshing.cells, "N,...",
+       "Cells; half, all and four thirds of --cells when absent");
+  list(mesh_group, "--grid-smoothing", options->meshing.smoothing_iterations, "N,...",
+       "Smoothing iterations; 0 and --smoothing-iterations when absent");
+  list(mesh_group, "--grid-p-in-voxels", options->meshing.p_in_voxels, "NUMBER,...",
+       "P_in in voxels; once and twice --p-in-voxels when absent");
+  command->add_option("--repeats", options->repeats, "Runs of each point; one of those above 10 s")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  command
+      ->add_option("--budget-ms", options->budget_ms,
+                   "Name the settings with the smallest error that keep 95 % of the steps (or meshing) "
+                   "within this time, and write them as budget.json, for simulate --params or mesh --params")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--resume", options->resume,
+                    "Take over the points that an earlier run into this folder has finished");
   parameters->add_to(*command);
-  command->callback([&context, options, parameters] {
-    context.run = [&context, options, parameters] { run_report(context, *options, *parameters); };
+  command->callback([&context, command, options, parameters] {
+    context.run = [&context, command, options, parameters] {
+      check_command(*command, *options);
+      run_report(context, *options, *parameters);
+    };
   });
 }
 

@@ -44,12 +44,26 @@ void check(const CliContext& context, SimulateCommand& command, const Scene& sce
                 "give --duration in seconds");
 }
 
-std::string plan_text(const Simulation& simulation) {
-  std::string text;
-  for (const PlannedPhase& phase : simulation.plan())
-    text += fmt::format("{} {:<22} {:>10.1f} KiB {:>10.2f} ms  {}\n", phase.included ? '+' : '-', phase.name,
-                        static_cast<double>(phase.bytes) / 1024.0, phase.ms, phase.reason);
-  return text;
+/// A line a phase; times only after a run.
+std::string plan_text(const Simulation& simulation, bool has_run) {
+  const auto line = [&](char sign, std::string_view name, const std::string& memory, const std::string& time,
+                        std::string_view reason) {
+    return fmt::format("{} {:<17} {:>12} ", sign, name, memory) +
+           (has_run ? fmt::format("{:>11} ", time) : "") + fmt::format(" {}\n", reason);
+  };
+  const auto kib = [](std::int64_t bytes) {
+    return fmt::format("{:.1f} KiB", static_cast<double>(bytes) / 1024.0);
+  };
+  std::string text = line(' ', "phase", "memory", "time", "why it is in (+) or left out (-)");
+  std::int64_t bytes = 0;
+  double ms = 0.0;
+  for (const PlannedPhase& phase : simulation.plan()) {
+    text += phase.included
+                ? line('+', phase.name, kib(phase.bytes), fmt::format("{:.2f} ms", phase.ms), phase.reason)
+                : line('-', phase.name, "", "", phase.reason);
+    bytes += phase.bytes, ms += phase.ms;
+  }
+  return text + line(' ', "all phases", kib(bytes), fmt::format("{:.2f} ms", ms), "");
 }
 
 RunSummary record(Simulation& simulation, Recording& recording, Progress& progress) {
@@ -76,7 +90,7 @@ void print_result(const CliContext& context, const SimulateCommand& command, con
                   summary.frames(), summary.ms_per_step(), worst.max_cell_volume_error,
                   worst.total_volume_error, worst.max_penetration, worst.recoveries, worst.fallbacks));
   if (!context.json) {
-    if (command.plan) std::fputs(plan_text(simulation).c_str(), stdout);
+    if (command.plan) std::fputs(plan_text(simulation, true).c_str(), stdout);
     return;
   }
   Json document{{"scene", simulation.scene().name}};
@@ -91,7 +105,7 @@ void print_plan(const CliContext& context, const Simulation& simulation) {
     context.print_json(
         {{"scene", simulation.scene().name}, {"plan", Json::parse(encode_plan(simulation.plan()))}});
   else
-    std::fputs(plan_text(simulation).c_str(), stdout);
+    std::fputs(plan_text(simulation, false).c_str(), stdout);
 }
 
 void run_simulate(const CliContext& context, SimulateCommand& command) {

@@ -19,25 +19,28 @@ std::string result_of(const std::string& report) {
 }
 
 /// A finished model has its cells: another resolution needs the mesh.
-void check_resolutions(Api& api, const Scene& scene, const std::vector<double>& resolutions) {
-  if (std::ranges::all_of(resolutions, [](double factor) { return factor == 1.0; })) return;
+void check_resolutions(Api& api, const Scene& scene, std::optional<std::vector<double>>& resolutions) {
+  if (resolutions && std::ranges::all_of(*resolutions, [](double factor) { return factor == 1.0; })) return;
   for (const SceneBody& body : scene.bodies) {
     const auto* deformable = std::get_if<DeformableBody>(&body.kind);
     const auto* mesh = deformable ? std::get_if<MeshShape>(&deformable->shape) : nullptr;
-    if (mesh && api.catalog.find_model(mesh->file.generic_string()))
+    if (!mesh || !api.catalog.find_model(mesh->file.generic_string())) continue;
+    if (resolutions)
       throw Error(ErrorCode::invalid_argument,
                   "body '" + body.name + "' is a finished model: its cells do not follow the resolution",
                   "name the mesh that it was made of, and its meshing",
                   {{"/axes/resolutions", "does not go with a finished model", {}, {}}});
+    resolutions.emplace();  // its own
   }
 }
 
 JobQueue::Work scene_work(Api& api, const SceneReportRequest& request, std::optional<double> budget_ms) {
   const auto* sample = std::get_if<std::string>(&request.scene);
   const Scene scene = sample ? read_scene(sample_scene(api, *sample), "") : std::get<Scene>(request.scene);
-  check_scene_report(scene, request.options, api.memory_limit / report_share);
-  check_resolutions(api, scene, request.options.axes.resolutions);
-  return [&api, scene, options = request.options, budget_ms](JobProgress& progress) mutable {
+  SceneReportOptions options = request.options;
+  check_scene_report(scene, options, api.memory_limit / report_share);
+  check_resolutions(api, scene, options.axes.resolutions);
+  return [&api, scene, options, budget_ms](JobProgress& progress) mutable {
     options.build = [&api](const Scene& part, Progress& inner) { return build_simulation(api, part, inner); };
     options.on_point = [&](SceneReport part) {
       part.complete = false;

@@ -1,11 +1,14 @@
 #include "server/messages/report_messages.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <utility>
 
+#include "core/parallel/parallel.h"
 #include "core/scene/read_scene.h"
 #include "server/build_info.h"
 #include "server/messages/json.h"
@@ -59,12 +62,21 @@ double number_from(const Json& json) {
   return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  return fmt::format("{:%FT%TZ}", parts);
+}
+
 Json provenance(std::string_view kind, bool complete, std::string_view source = {}) {
   const BuildInfo& info = build_info();
   return {{"kind", kind},
           {"complete", complete},
           {"source", source},
           {"machine", info.machine},
+          {"threads", thread_count()},
+          {"made", now_utc()},
           {"compiler", info.compiler},
           {"version", info.version},
           {"commit", info.commit}};
@@ -103,6 +115,7 @@ Json to_json(const ScenePoint& point) {
           {"errors", std::move(errors)},
           {"ms_per_step", to_json(point.ms_per_step)},
           {"ms_p95", number(point.ms_p95)},
+          {"runs", point.runs},
           {"seconds", number(point.seconds)},
           {"substeps", point.substeps},
           {"cells", point.cells},
@@ -125,6 +138,7 @@ ScenePoint scene_point_from(const Json& json) {
   point.ms_per_step = spread_from(json.at("ms_per_step"));
   point.ms_p95 = number_from(json.at("ms_p95"));
   point.seconds = number_from(json.at("seconds"));
+  point.runs = json.at("runs");
   point.substeps = json.at("substeps"), point.cells = json.at("cells");
   point.recoveries = json.at("recoveries"), point.fallbacks = json.at("fallbacks");
   return point;
@@ -149,7 +163,7 @@ MeshingPoint meshing_point_from(const Json& json) {
 
 /// What has to be the same for two runs to stand in one report.
 void check_provenance(const Json& report, const Json& ours) {
-  for (const char* what : {"kind", "source", "machine", "compiler", "commit"})
+  for (const char* what : {"kind", "source", "machine", "threads", "compiler", "commit"})
     if (report.at(what) != ours.at(what))
       throw Error(ErrorCode::cannot_read,
                   fmt::format("the report to resume has another {}: {}, not {}", what, report.at(what).dump(),
@@ -165,7 +179,7 @@ Report decode_report(std::string_view text, const Json& ours, Point (*decode)(co
     check_provenance(json, ours);
     for (const Json& point : json.at("points")) report.points.push_back(decode(point));
     if constexpr (std::is_same_v<Report, SceneReport>)
-      report.reference = settings_from(json.at("reference").at("settings"));
+      report.reference = scene_point_from(json.at("reference"));
     return report;
   } catch (const Json::exception& fault) {
     throw Error(ErrorCode::cannot_read,
@@ -254,11 +268,11 @@ std::string encode_scene_report(const SceneReport& report, std::optional<double>
                                 std::string_view source) {
   Json json = provenance("scene", report.complete, source);
   json["scene"] = report.scene;
-  json["reference"] = {{"settings", to_json(report.reference)},
-                       {"seconds", number(report.reference_seconds)}};
+  json["reference"] = to_json(report.reference);
   json["fields"] = Json::array();
   for (const SceneErrorField& field : scene_error_fields())
-    json["fields"].push_back({{"name", field.name}, {"label", field.label}});
+    json["fields"].push_back(
+        {{"name", field.name}, {"label", field.label}, {"floor", number(error_floor(report, field))}});
   json["points"] = Json::array();
   for (const ScenePoint& point : report.points) json["points"].push_back(to_json(point));
   json["fronts"] = fronts(json["fields"], json["points"]);
@@ -284,16 +298,16 @@ std::string encode_scene_report(const SceneReport& report, std::optional<double>
 std::string encode_scene_csv(const SceneReport& report) {
   std::string csv = "solver,springs,substeps,tolerance,resolution,outcome";
   for (const SceneErrorField& field : scene_error_fields()) csv += fmt::format(",{}", field.name);
-  csv += ",ms_per_step,ms_min,ms_max,ms_p95,seconds,cells,recoveries,fallbacks,reason\n";
+  csv += ",ms_per_step,ms_min,ms_max,ms_p95,runs,seconds,max_substeps,cells,recoveries,fallbacks,reason\n";
   for (const ScenePoint& p : report.points) {
     csv += fmt::format("{},{},{},{},{},{}", solver_name(p.settings.solver), springs_name(p.settings.springs),
                        p.settings.substeps, p.settings.tolerance, p.settings.resolution,
                        outcome_name(p.outcome));
     for (const SceneErrorField& field : scene_error_fields())
       csv += fmt::format(",{}", p.errors.*field.value);
-    csv += fmt::format(",{},{},{},{},{},{},{},{},{}\n", p.ms_per_step.median, p.ms_per_step.min,
-                       p.ms_per_step.max, p.ms_p95, p.seconds, p.cells, p.recoveries, p.fallbacks,
-                       csv_text(p.reason));
+    csv += fmt::format(",{},{},{},{},{},{},{},{},{},{},{}\n", p.ms_per_step.median, p.ms_per_step.min,
+                       p.ms_per_step.max, p.ms_p95, p.runs, p.seconds, p.substeps, p.cells, p.recoveries,
+                       p.fallbacks, csv_text(p.reason));
   }
   return csv;
 }

@@ -16,40 +16,46 @@ namespace {
 constexpr std::size_t max_axis = 32, max_points = 400;
 constexpr int max_repeats = 20, max_refinement = 64;
 
-/// A list of numbers, each in its range; absent: as it was.
+/// A list of numbers, each in its range; nullopt when absent.
 template <class T>
-void read_axis(ObjectReader& reader, const std::string& name, double min, double max, std::vector<T>& axis) {
+std::optional<std::vector<T>> read_axis(ObjectReader& reader, const std::string& name, AxisRange range) {
   const Json* list = reader.member(name);
-  if (!list) return;
-  if (!list->is_array() || list->size() > max_axis)
-    return reader.fault(name, fmt::format("is not a list of up to {} values", max_axis));
-  axis.clear();
+  if (!list) return std::nullopt;
+  std::vector<T> axis;
+  if (!list->is_array() || list->size() > max_axis) {
+    reader.fault(name, fmt::format("is not a list of up to {} values", max_axis));
+    return axis;
+  }
   for (std::size_t i = 0; i < list->size(); ++i) {
     const Json& item = (*list)[i];
     const double value = item.is_number() ? item.get<double>() : std::numeric_limits<double>::quiet_NaN();
     const bool whole = !std::is_integral_v<T> || value == std::floor(value);
-    if (value >= min && value <= max && whole)
+    if (value >= range.min && value <= range.max && whole)
       axis.push_back(static_cast<T>(value));
     else
-      reader.fault(fmt::format("{}/{}", name, i), "is out of range, or not such a number", min, max);
+      reader.fault(fmt::format("{}/{}", name, i), "is out of range, or not such a number", range.min,
+                   range.max);
   }
+  return axis;
 }
 
-/// The ranges are those of the table of parameters.
+/// The ranges are those of the table of parameters; absent: as it was.
 template <class T>
 void read_parameter_axis(ObjectReader& reader, const std::string& name, std::vector<T>& axis) {
   const Parameter* row = find_parameter(name);
-  read_axis(reader, name, row->min, row->max, axis);
+  axis = read_axis<T>(reader, name, {row->min, row->max}).value_or(axis);
 }
 
 template <class T>
-void read_names(ObjectReader& reader, const std::string& name, T (*value_of)(const std::string&),
-                std::vector<T>& axis) {
+std::optional<std::vector<T>> read_names(ObjectReader& reader, const std::string& name,
+                                         T (*value_of)(const std::string&)) {
   const Json* list = reader.member(name);
-  if (!list) return;
-  if (!list->is_array() || list->size() > max_axis)
-    return reader.fault(name, fmt::format("is not a list of up to {} names", max_axis));
-  axis.clear();
+  if (!list) return std::nullopt;
+  std::vector<T> axis;
+  if (!list->is_array() || list->size() > max_axis) {
+    reader.fault(name, fmt::format("is not a list of up to {} names", max_axis));
+    return axis;
+  }
   for (std::size_t i = 0; i < list->size(); ++i) {
     const Json& item = (*list)[i];
     try {
@@ -58,6 +64,7 @@ void read_names(ObjectReader& reader, const std::string& name, T (*value_of)(con
       reader.fault(fmt::format("{}/{}", name, i), error.what() + (": " + error.hint()));
     }
   }
+  return axis;
 }
 
 void check_points(std::size_t points) {
@@ -94,19 +101,17 @@ std::variant<Scene, std::string> read_subject(ObjectReader& reader) {
 SceneReportRequest read_scene_report(ObjectReader& reader) {
   SceneReportRequest request{read_subject(reader), {}};
   SceneReportOptions& options = request.options;
-  options.axes = usual_scene_axes;
   options.reference_refinement = static_cast<int>(
       reader.integer("refinement", 1, max_refinement).value_or(options.reference_refinement));
   if (const Json* json = reader.member("axes")) {
     ObjectReader axes(*json, "/axes");
-    read_names(axes, "solvers", solver_named, options.axes.solvers);
-    read_names(axes, "springs", springs_named, options.axes.springs);
-    read_axis(axes, "substeps", 0, 1000, options.axes.substeps);
-    read_axis(axes, "tolerances", 1e-12, 1e-1, options.axes.tolerances);
-    read_axis(axes, "resolutions", 0.125, 8, options.axes.resolutions);
+    options.axes = {read_names(axes, "solvers", solver_named), read_names(axes, "springs", springs_named),
+                    read_axis<int>(axes, "substeps", substeps_range),
+                    read_axis<double>(axes, "tolerances", tolerance_range),
+                    read_axis<double>(axes, "resolutions", resolution_range)};
     axes.finish("axes");
   }
-  check_points(scene_grid(Scene{}, options.axes).size());
+  check_points(most_points(options.axes));
   return request;
 }
 

@@ -102,7 +102,7 @@ class ReportErrors(ProgramTest):
     def errors_of(self, scene, *axes):
         out = self.folder / "report"
         report = self.run_json("report", self.file("scene.json", json.dumps(scene)), "-o", out, "--repeats", "1",
-                               "--refinement", "4", "--recordings", *axes)
+                               "--refinement", "4", "--recordings", "--resolutions", "1", *axes)
         reference = Recording(out / "recordings" / "reference.ndjson")
         for number, point in enumerate(report["points"]):
             run = Recording(out / "recordings" / f"point-{number:03}.ndjson")
@@ -112,8 +112,8 @@ class ReportErrors(ProgramTest):
             yield point, run
 
     def test_of_a_spinning_cube(self):
-        points = [point for point, _ in self.errors_of(SPINNING, "--solvers", "newton", "--substeps", "2,8",
-                                                       "--springs", "symplectic,implicit,energy_momentum")]
+        points = [point for point, _ in self.errors_of(SPINNING, "--solvers", "newton", "--substeps", "2,8", "--tolerances",
+                                                       "1e-6", "--springs", "symplectic,implicit,energy_momentum")]
         self.assertEqual(len(points), 6)
         self.assertTrue(all(point["outcome"] == "converged" for point in points))
         by_springs = {point["settings"]["springs"]: point["errors"]["trajectory_rms"] for point in points[1::2]}
@@ -160,7 +160,7 @@ class Report(ProgramTest):
     def test_of_a_scene_is_interrupted_and_resumed(self):
         scene = self.file("scene.json", json.dumps({**SPINNING, "bodies": [cube(8)], "duration": 1}))
         self.resumed(scene, "--solvers", "newton", "--substeps", "1,2,4,8,16", "--tolerances", "1e-4,1e-8",
-                     "--refinement", "2")
+                     "--resolutions", "1", "--refinement", "2")
 
     def test_of_a_mesh_is_interrupted_and_resumed(self):
         whole = self.resumed(MESHES / "torus.obj", "--grid-voxels", "96,128", "--grid-cells", "12,24,64")
@@ -176,10 +176,39 @@ class Report(ProgramTest):
         refused = self.run_json("report", other, "-o", out, *grid, "--resume", expect=3)
         self.assertIn("another source", refused["detail"])
 
+    def test_the_usual_grid_spans_four_axes_and_runs_nothing_twice(self):
+        """A cube that symplectic Euler cannot step under 16 substeps: both integrators stand in the grid, each as itself."""
+        stiff = cube(2, edge_stiffness=1e7)
+        scene, out = self.file("scene.json", json.dumps({**SPINNING, "bodies": [stiff], "duration": 0.05})), self.folder / "report"
+        report = self.run_json("report", scene, "-o", out, "--repeats", "1", "--refinement", "1", "--springs", "auto,implicit")
+        settings = [point["settings"] for point in report["points"]]
+        self.assertEqual(len({json.dumps(each) for each in settings}), len(settings))
+        for axis, values in (("solver", {"newton", "gradient", "scaling"}), ("springs", {"symplectic", "implicit"}),
+                             ("tolerance", {1e-2, 1e-4, 1e-6}), ("resolution", {0.5, 1})):
+            self.assertEqual({each[axis] for each in settings}, values)
+        finest = {each["substeps"] for each in settings if each["springs"] == "symplectic" and each["resolution"] == 1}
+        self.assertEqual({n // min(finest) for n in finest}, {1, 2, 4})
+        self.assertGreater(min(finest), 15)
+        self.assertTrue({1, 2, 4, 8} <= {each["substeps"] for each in settings if each["springs"] == "implicit"})
+        with open(out / "report.csv", newline="") as file:
+            for row, point in zip(csv.DictReader(file), report["points"], strict=True):
+                self.assertEqual(float(row["trajectory_rms"]), point["errors"]["trajectory_rms"])
+                self.assertEqual(int(row["substeps"]), point["settings"]["substeps"])
+
+    def test_what_does_not_fit_an_input_or_a_range_is_refused(self):
+        scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
+        for words, said in ((["--grid-cells", "8"], "--grid-cells is for meshes"), (["--voxels", "64"], "--voxels is for meshes"),
+                            (["--substeps", "-3"], "--substeps"), (["--tolerances", "0"], "--tolerances"),
+                            (["--resolutions", "0"], "--resolutions"), (["--budget-ms", "-1"], "--budget-ms")):
+            self.assertIn(said, self.run_json("report", scene, "-o", out, *words, expect=2)["detail"])
+        self.assertIn("--substeps is for scenes",
+                      self.run_json("report", MESHES / "torus.obj", "-o", out, "--substeps", "4", expect=2)["detail"])
+        self.assertFalse(out.exists())
+
     def test_a_budget_is_a_params_file(self):
         scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
         self.run_program("report", scene, "-o", out, "--solvers", "newton", "--substeps", "1,3,9", "--springs", "implicit",
-                         "--resolutions", "1,2", "--repeats", "1", "--budget-ms", "10000")
+                         "--tolerances", "1e-6", "--resolutions", "1,2", "--repeats", "1", "--budget-ms", "10000")
         chosen = json.loads((out / "budget.json").read_text())
         best = min(json.loads((out / "report.json").read_text())["points"], key=lambda p: p["errors"]["trajectory_rms"])
         self.assertEqual(chosen["solver"]["substeps"], best["settings"]["substeps"])
@@ -189,7 +218,7 @@ class Report(ProgramTest):
         hello = json.loads((self.folder / "run.ndjson").read_text().splitlines()[0])
         self.assertEqual(len(hello["bodies"][0]["cells"]), 27 * chosen["resolution"]**3)
         refused = self.run_json("report", scene, "-o", out, "--solvers", "newton", "--substeps", "1", "--repeats", "1",
-                                "--budget-ms", "1e-9", expect=7)
+                                "--tolerances", "1e-6", "--budget-ms", "1e-9", expect=7)
         self.assertIn("1e-09 ms", refused["detail"])
 
     def test_faulty_params_are_named(self):

@@ -55,7 +55,11 @@ class ReportsApi : public testing::Test {
 TEST_F(ReportsApi, AScenesErrorsAndTimesComeAsData) {
   const json job = wait(post({{"kind", "scene"},
                               {"scene", falling_box(0.2)},
-                              {"axes", {{"solvers", {"newton", "scaling"}}, {"substeps", {1, 4}}}},
+                              {"axes",
+                               {{"solvers", {"newton", "scaling"}},
+                                {"substeps", {1, 4}},
+                                {"tolerances", json::array()},
+                                {"resolutions", json::array()}}},
                               {"refinement", 2},
                               {"repeats", 2},
                               {"budget_ms", 1000}})

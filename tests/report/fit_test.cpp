@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/report/pace.h"
 #include "core/report/scene_report.h"
 
 namespace isochor {
@@ -77,6 +78,54 @@ TEST(SceneOrders, AreFittedASeries) {
     ++seen;
   }
   EXPECT_EQ(seen, 2);
+}
+
+TEST(SceneOrders, LeaveOutWhatTheReferenceCannotTell) {
+  SceneReport report;
+  for (int substeps : {1, 2, 4, 8})
+    report.points.push_back(planted(substeps, 1e-6, std::pow(substeps, -2.0)));
+  const auto points_of_the_trajectory = [&] {
+    for (const FittedOrder& order : fitted_orders(report))
+      if (order.error == "trajectory_rms" && order.axis == "h") return order.points;
+    return 0;
+  };
+  report.reference.errors.trajectory_rms =
+      0.01;  // four times that is between the errors at 4 and at 8 substeps
+  EXPECT_EQ(points_of_the_trajectory(), 4 - 1);
+  report.reference.errors.trajectory_rms = 1.0;
+  EXPECT_EQ(points_of_the_trajectory(), 0);
+}
+
+TEST(SceneOrders, OverCellSizeLeaveOutTheReferencesLattice) {
+  SceneReport report;
+  for (double resolution : {0.25, 0.5, 1.0}) {
+    report.points.push_back(planted(4, 1e-6, resolution == 1.0 ? 1e-5 : std::pow(resolution, -2.0)));
+    report.points.back().settings.resolution = resolution;
+  }
+  int seen = 0;
+  for (const FittedOrder& order : fitted_orders(report)) {
+    if (order.axis != "cell_size") continue;
+    EXPECT_NEAR(order.order, 2.0, 1e-12) << order.error;
+    EXPECT_EQ(order.points, 2);
+    ++seen;
+  }
+  EXPECT_EQ(seen, 1);
+}
+
+TEST(Pace, LearnsHowSlowASolverIs) {
+  const SceneSettings newton{VolumeSolver::newton, SpringIntegrator::symplectic, 4, 1e-6, 1.0};
+  SceneSettings scaling = newton;
+  scaling.solver = VolumeSolver::scaling;
+  Pace pace(4);
+  pace.expect(newton, 1), pace.expect(scaling, 2);
+  pace.end_run(newton, 1.0);
+  const double guessed = pace.fraction(scaling, 0.0, 0.0);
+  EXPECT_LT(guessed, 0.1);
+  EXPECT_NEAR(pace.fraction(scaling, 0.5, 100.0), 101.0 / 401.0, 1e-12);  // 1 s, and two runs of 200
+  pace.end_run(scaling, 200.0);
+  EXPECT_NEAR(pace.fraction(scaling, 0.0, 0.0), 201.0 / 401.0, 1e-12);
+  pace.leave_out(scaling, 1);
+  EXPECT_NEAR(pace.fraction(newton, 0.0, 0.0), 1.0, 1e-12);
 }
 
 TEST(SceneOrders, BudgetTakesTheSmallestErrorThatFits) {

@@ -27,13 +27,21 @@ Scene one_body(DeformableBody body, double duration) {
   return scene;
 }
 
+/// All else as the scene has it.
+SceneAxes only_substeps(std::vector<int> substeps) {
+  SceneAxes axes;
+  axes.solvers.emplace(), axes.springs.emplace(), axes.tolerances.emplace(), axes.resolutions.emplace();
+  axes.substeps = std::move(substeps);
+  return axes;
+}
+
 /// Half kicks at both ends of a substep are exact under constant acceleration. What is left is round-off: a
 /// velocity is a difference of positions over h, ε·x/h ≈ 1e-12 m/s a substep, over 480 substeps of the
 /// reference and more.
 TEST(SceneReport, FreeFallIsExactAtEveryStep) {
   const Scene scene = one_body(cube(2, 1.0), 0.5);
   SceneReportOptions options;
-  options.axes.substeps = {1, 2, 4, 8};
+  options.axes = only_substeps({1, 2, 4, 8});
   options.repeats = 1;
   Progress quiet;
   const SceneReport report = report_scene(scene, options, quiet);
@@ -55,8 +63,7 @@ TEST(SceneReport, AnOscillationConvergesWithTheSecondOrder) {
   Scene scene = one_body(body, 0.25);
   scene.gravity = Vec3::Zero();
   SceneReportOptions options;
-  options.axes.springs = {SpringIntegrator::symplectic};
-  options.axes.substeps = {8, 16, 32};
+  options.axes = only_substeps({8, 16, 32});
   options.axes.tolerances = {1e-10};
   options.repeats = 1;
   Progress quiet;
@@ -76,7 +83,7 @@ TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
   std::atomic<bool> cancel{false};
   Progress progress({}, &cancel);
   SceneReportOptions options;
-  options.axes.substeps = {1, 2, 4};
+  options.axes = only_substeps({1, 2, 4});
   options.repeats = 1;
   options.on_point = [&](const SceneReport& report) { cancel = report.points.size() == 2; };
   const SceneReport part = report_scene(scene, options, progress);
@@ -94,6 +101,39 @@ TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
 
   options.reference_refinement *= 2;
   EXPECT_NE(report_scene(scene, options, progress).points[0].seconds, 12345.0);
+}
+
+TEST(SceneReport, CancellingAResumedRunLosesNothing) {
+  const Scene scene = one_body(cube(1, 1.0), 0.1);
+  std::atomic<bool> cancel{false};
+  Progress progress({}, &cancel);
+  SceneReportOptions options;
+  options.axes = only_substeps({1, 2, 4});
+  options.repeats = 1;
+  const SceneReport whole = report_scene(scene, options, progress);
+  options.axes = only_substeps({1, 2, 4, 3});  // none finer: the same reference
+  options.earlier = whole;
+  options.on_start = [&](int, const Simulation&) { cancel = true; };  // in the reference
+  const SceneReport part = report_scene(scene, options, progress);
+  EXPECT_FALSE(part.complete);
+  EXPECT_EQ(part.points.size(), 3u);
+}
+
+TEST(SceneReport, PointsThatWouldBeTheSameRunStandThereOnce) {
+  DeformableBody body = cube(2, 1.0);
+  body.edge_stiffness = 1e7;
+  SceneReportOptions options;
+  options.axes = only_substeps({0, 1, 2, 100, 200});
+  options.axes.springs = {SpringIntegrator::symplectic, SpringIntegrator::automatic};
+  options.repeats = options.reference_refinement = 1;
+  Progress quiet;
+  const SceneReport report = report_scene(one_body(body, 0.05), options, quiet);
+  // Symplectic: what it needs, 100 and 200; implicit by the scene's choice: 1 (as 0) and 2.
+  ASSERT_EQ(report.points.size(), 5u);
+  for (const ScenePoint& point : report.points) {
+    EXPECT_EQ(point.substeps, point.settings.substeps);
+    EXPECT_EQ(point.settings.springs == SpringIntegrator::implicit, point.substeps < 3);
+  }
 }
 
 TEST(SceneReport, ResolutionKeepsTheMaterial) {

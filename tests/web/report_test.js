@@ -17,9 +17,9 @@ test('error against run time: a clicked point gives its settings, and a budget p
   await report.getByRole('button', {name: 'Cancel'}).waitFor({state: 'hidden'});
   const tolerance = page.getByLabel('Tolerance, exact value');
   assert.equal(await tolerance.inputValue(), '1e-6');
-  const coarse = report.getByRole('button', {name: /^newton · auto · 1e-02, .* error \d\.\de-\d+, converged$/}).first();
+  const coarse = report.getByRole('button', {name: /^newton · symplectic · 1e-02, .* error \d\.\de-\d+, converged$/}).first();
   await coarse.locator('.mark').click({force: true});
-  await status(page).filter({hasText: 'Taken: newton · auto · 1e-02'}).waitFor();
+  await status(page).filter({hasText: 'Taken: newton · symplectic · 1e-02'}).waitFor();
   assert.equal(await tolerance.inputValue(), '0.01');
   await page.getByRole('button', {name: 'Undo'}).click();
   assert.equal(await tolerance.inputValue(), '1e-6');

@@ -6,13 +6,23 @@ import {rove} from '../ui/roving.js';
 
 const usable = point => point.outcome === 'converged' || point.outcome === 'infeasible';
 const marks = ['circle', 'square', 'diamond', 'triangle'];
-const colours = 8;
-const round_of = series => Math.floor(series / colours);
-const mark_of = series => marks[(series + round_of(series)) % marks.length];
+const colours = 8, dashes = 3;
 
 /// Series in the order of their first point.
-export const series_of = report => [...new Set(report.points.map(point => point.series))];
-const series_class = k => `series-${k % colours} round-${round_of(k) % 3}`;
+const series_of = report => [...new Set(report.points.map(point => point.series))];
+
+/// How each series is drawn. Its name has parts, "newton · symplectic · 1e-06 · ×0.5": the first two make the colour, the
+/// third the mark, the last the dashes of its line, so that what two series share is seen.
+function styles_of(report) {
+  const names = series_of(report), parts = names.map(name => name.split(' · '));
+  const numbered = from_parts => {
+    const keys = parts.map(part => from_parts(part) ?? ''), distinct = [...new Set(keys.includes('') ? ['', ...keys] : keys)];
+    return keys.map(key => distinct.indexOf(key));
+  };
+  const colour = numbered(part => part.slice(0, 2).join()), kind = numbered(part => part[2]), dash = numbered(part => part[3]);
+  return new Map(names.map((name, k) => [name, {
+    name, mark: marks[kind[k] % marks.length], class: `series-${colour[k] % colours} round-${dash[k] % dashes}`}]));
+}
 
 // Round-off is plotted as such: a log axis has no zero.
 const round_off = 1e-17;
@@ -23,7 +33,8 @@ const plotted = (point, field) => usable(point) && point.errors[field] !== null 
 export function in_words(point, field) {
   const error = usable(point) && point.errors[field] !== null ? point.errors[field].toExponential(1) : '–';
   const {median, min, max} = point.ms_per_step;
-  const what = [point.series, point.substeps && `${point.substeps} substeps`, point.settings.cells && `${point.settings.cells} cells`];
+  const {substeps, cells} = point.settings;
+  const what = [point.series, substeps && `${substeps} substeps`, cells && `${cells} cells`];
   return `${what.filter(Boolean).join(', ')}: ${short(median)} ms (${short(min)} to ${short(max)}), error ${error}, ` +
     `${point.outcome.replace('_', ' ')}`;
 }
@@ -37,10 +48,10 @@ export function error_plot(report, field, {width = 264, height = 240, time = 'ms
   const times = order.flatMap(({point}) => Object.values(point.ms_per_step)).filter(ms => ms > 0);
   const x = scale(times, box.left, box.right);
   const y = scale(order.filter(({point}) => usable(point)).map(({point}) => error_of(point, field)), box.bottom, box.top + 12);
-  const names = series_of(report);
+  const styles = styles_of(report);
   const plot = svg('svg', {viewBox: `0 0 ${width} ${height}`, class: 'error-plot', role: 'group', 'aria-label': `Error over ${time}`},
-    axis_lines(x, y, box, time), budget_line(report, x, box), names.map((name, k) => curve(report, field, name, k, x, y)), front_line(report, field, x, y));
-  const dots = order.map(({point, index}) => dot(point, index, field, names.indexOf(point.series), x, usable(point) ? y(error_of(point, field)) : box.top));
+    axis_lines(x, y, box, time), budget_line(report, x, box), floor_line(floor_of(report, field), y, box), [...styles.values()].map(style => curve(report, field, style, x, y)), front_line(report, field, x, y));
+  const dots = order.map(({point, index}) => dot(point, index, field, styles.get(point.series), x, usable(point) ? y(error_of(point, field)) : box.top));
   dots.forEach((node, k) => {
     const {index} = order[k];
     node.classList.toggle('selected', index === selected);
@@ -52,7 +63,9 @@ export function error_plot(report, field, {width = 264, height = 240, time = 'ms
   return plot;
 }
 
-/// The colours and marks of an error plot's series, and of what else it shows.
+/// What an error has to exceed to be told from round-off and from the error of the reference.
+export const floor_of = (report, field) => report.fields.find(({name}) => name === field)?.floor ?? 0;
+
 /// The orders of convergence of an error that rest on three points or more, as a list; null without any.
 export function orders_list({orders}, field) {
   const fitted = orders.filter(({error, points}) => error === field && points > 2);
@@ -61,14 +74,26 @@ export function orders_list({orders}, field) {
     h('ul', {}, fitted.map(({order, axis, series, points}) => h('li', {}, `${rounded(order)} in ${axis.replace('_', ' ')}: ${series}, ${points} points`))));
 }
 
-export function error_legend(report) {
-  const item = (name, style, ...sample) => h('li', {}, svg('svg', {viewBox: '0 0 26 12', class: `error-plot ${style}`, 'aria-hidden': 'true'}, sample), name);
+/// The colours and marks of an error plot's series, and of what else it shows.
+/// on_series(name), when given, is called as one is clicked.
+export function error_legend(report, {on_series = null} = {}) {
+  const sample = (style, ...shown) => svg('svg', {viewBox: '0 0 26 12', class: `error-plot ${style}`, 'aria-hidden': 'true'}, ...shown);
+  const item = (name, style, ...shown) => h('li', {}, sample(style, ...shown), name);
   const line = style => svg('path', {d: 'M0 6h26', class: style});
-  const series = series_of(report).map((name, k) => item(name, series_class(k), line('curve'), mark(mark_of(k), 13, 6)));
+  const series = [...styles_of(report).values()].map(style => {
+    const shown = [sample(style.class, line('curve'), mark(style.mark, 13, 6)), style.name];
+    return h('li', {}, on_series ? h('button', {type: 'button', 'aria-pressed': 'false', onclick: () => on_series(style.name)}, shown) : shown);
+  });
   const has = outcome => report.points.some(point => point.outcome === outcome);
   return h('ul', {class: 'legend'}, series, item('Pareto front', '', line('front')),
     has('infeasible') && item('hollow: infeasible, the tolerance was not met', 'infeasible', mark('circle', 13, 6)),
     (has('blew_up') || has('failed')) && item('along the top: blew up or failed', 'failed', mark('cross', 13, 6)));
+}
+
+/// In one or more plots and their legend, only this series stands out; null: all of them.
+export function single_out(element, series) {
+  for (const each of element.querySelectorAll('[data-series]')) each.classList.toggle('dimmed', series !== null && each.dataset.series !== series);
+  for (const button of element.querySelectorAll('.legend button')) button.setAttribute('aria-pressed', String(button.textContent === series));
 }
 
 function scale(values, from, to) {
@@ -117,6 +142,14 @@ function budget_line({budget_ms}, x, box) {
     svg('text', {x: at + 3, y: box.bottom - 4}, `${budget_ms} ms`)];
 }
 
+/// Below it errors are those of the reference as well.
+function floor_line(floor, y, box) {
+  const at = floor > 0 ? y(floor) : NaN;
+  if (!(at >= box.top && at <= box.bottom)) return [];
+  return [svg('line', {x1: box.left, x2: box.right, y1: at, y2: at, class: 'budget-line'}),
+    svg('text', {x: box.right, y: at - 3, 'text-anchor': 'end'}, 'error of the reference')];
+}
+
 const polyline = (points, field, x, y) =>
   points.map((point, k) => `${k ? 'L' : 'M'}${x(point.ms_per_step.median)} ${y(error_of(point, field))}`).join('') || 'M0 0';
 
@@ -125,18 +158,18 @@ function front_line(report, field, x, y) {
   return svg('path', {d: polyline(points, field, x, y), class: 'front'});
 }
 
-function curve({points}, field, name, series, x, y) {
-  const own = points.filter(point => point.series === name && plotted(point, field));
-  return svg('path', {d: polyline(own, field, x, y), class: `curve ${series_class(series)}`});
+function curve({points}, field, style, x, y) {
+  const own = points.filter(point => point.series === style.name && plotted(point, field));
+  return svg('path', {d: polyline(own, field, x, y), class: `curve ${style.class}`, 'data-series': style.name});
 }
 
-function dot(point, index, field, series, x, at) {
+function dot(point, index, field, style, x, at) {
   const {median, min, max} = point.ms_per_step, words = in_words(point, field);
   const left = median > 0 ? x(median) : 46;
-  return svg('g', {class: `dot ${series_class(series)} ${point.outcome}`, role: 'button', 'aria-label': words, 'data-index': index},
+  return svg('g', {class: `dot ${style.class} ${point.outcome}`, role: 'button', 'aria-label': words, 'data-index': index, 'data-series': point.series},
     svg('title', {}, words),
     median > 0 ? svg('line', {x1: x(min), x2: x(max), y1: at, y2: at, class: 'spread'}) : [],
-    mark(usable(point) ? mark_of(series) : 'cross', left, at));
+    mark(usable(point) ? style.mark : 'cross', left, at));
 }
 
 function mark(kind, x, y) {

@@ -1,6 +1,6 @@
 // Draws the report that stands in this document.
 import {h} from '../ui/dom.js';
-import {error_legend, error_plot, in_words, orders_list} from './error_plot.js';
+import {error_legend, error_plot, floor_of, in_words, orders_list, single_out} from './error_plot.js';
 import {stability_maps} from './stability_map.js';
 
 const report = JSON.parse(document.getElementById('report').textContent);
@@ -14,7 +14,10 @@ function digits(value) {
   return plain ? String(Number(value.toPrecision(3))) : value.toExponential(1);
 }
 
-function table(title, head, rows, row_class = () => '') {
+/// Columns that say nothing are left out.
+function table(title, all_names, all_rows, row_class = () => '') {
+  const said = all_names.map((_, column) => all_rows.some(row => row[column] !== ''));
+  const [head, ...rows] = [all_names, ...all_rows].map(row => row.filter((_, column) => said[column]));
   const text = value => ({class: typeof value === 'string' ? 'text' : ''});
   const cell = value => h('td', text(value), typeof value === 'string' ? value : digits(value));
   const lines = rows.map((row, k) => h('tr', {class: row_class(k)}, row.map(cell)));
@@ -30,12 +33,18 @@ const scrolled = (title, element) => h('div', {class: 'scroll', tabindex: '0', r
 function draw_plots(time, pick) {
   const plots = report.fields.map(({name, label}) => {
     const caption = h('figcaption', {}, label);
-    if (report.points.every(point => !point.errors[name])) return h('figure', {}, caption, h('p', {}, 'Zero, or not defined, at every point.'));
+    const errors = report.points.map(point => point.errors[name] ?? 0), most = Math.max(0, ...errors);
+    if (most === 0) return h('figure', {}, caption, h('p', {}, 'Zero, or not defined, at every point.'));
+    if (most <= floor_of(report, name))
+      return h('figure', {}, caption, h('p', {}, `At most ${digits(most)} at every point: round-off, or no more than the reference's own error.`));
     const words = h('p', {class: 'looked-at'}, 'Point at a mark for its settings; a click finds it in the table.');
     const on_look = index => words.textContent = in_words(report.points[index], name);
     return h('figure', {}, caption, error_plot(report, name, {width: 400, height: 290, time, on_look, on_pick: pick}), words, orders_list(report, name));
   });
-  content.append(error_legend(report), h('div', {class: 'charts'}, plots));
+  let singled = null;
+  const on_series = name => single_out(content, singled = name === singled ? null : name);
+  content.append(error_legend(report, {on_series}),
+    h('p', {class: 'hint'}, 'A click on a series singles it out. Lines through marks: the spread of the repeats.'), h('div', {class: 'charts'}, plots));
 }
 
 const outcomes = {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};
@@ -57,16 +66,31 @@ const names = report.fields?.map(({name}) => name);
 const settings = ({solver, springs, substeps, tolerance, resolution}) =>
   `${solver}, ${springs} springs, ${substeps} substeps a frame, tolerance ${digits(tolerance)}, resolution ×${resolution}`;
 
-function draw_scene() {
-  say('reference', `Reference: ${settings(report.reference.settings)}; it took ${digits(report.reference.seconds)} s. ` +
+function say_reference({settings: own, seconds, outcome, reason, errors}) {
+  say('reference', `Reference: ${settings(own)}; it took ${digits(seconds)} s. ` +
+    `At twice its step its trajectory is ${digits(errors.trajectory_rms)} m (rms) from it. ` +
     'Times: median over the frames of a run, then over its repeats.');
+  if (outcome === 'converged') return;
+  say('doubt', `The reference itself ${outcome === 'infeasible' ? 'did not converge' : outcomes[outcome]} (${reason}): errors against it are differences between two runs, no more.`);
+}
+
+function draw_scene() {
+  say_reference(report.reference);
   draw_points('ms a step', 'Points (the front of the trajectory error is marked)',
-    ['settings', 'substeps', 'outcome', 'why', 'ms a step', 'min – max', '95 % within', ...names],
-    p => [p.series, p.substeps, ...outcome(p), p.ms_per_step.median, range(p.ms_per_step), p.ms_p95, ...names.map(name => p.errors[name])],
+    ['settings', 'substeps', 'outcome', 'why', 'ms a step', 'min – max', '95 % within', 'cells', 'recoveries', ...names],
+    p => [p.series, p.settings.substeps, ...outcome(p), p.ms_per_step.median, range(p.ms_per_step), p.ms_p95, p.cells, p.recoveries, ...names.map(name => p.errors[name])],
     new Set(report.fronts.trajectory_rms));
-  if (report.orders.length > 0)
-    table('Orders of convergence', ['series', 'error', 'axis', 'order', 'points'],
-      report.orders.map(({series, error, axis, order, points}) => [series, error, axis, order, points]));
+  draw_orders(report.orders);
+}
+
+/// A line a series and axis, a column an error.
+function draw_orders(orders) {
+  const lines = [...new Set(orders.map(({series, axis}) => JSON.stringify([series, axis])))].map(line => JSON.parse(line));
+  if (lines.length === 0) return;
+  const order_of = (line, name) => orders.find(({series, axis, error}) => error === name && series === line[0] && axis === line[1]);
+  const cell = found => found ? `${found.order.toFixed(2)} (${found.points})` : '–';
+  table('Orders of convergence (points that each is fitted to)', ['settings', 'in', ...names],
+    lines.map(line => [line[0], line[1].replace('_', ' '), ...names.map(name => cell(order_of(line, name)))]));
 }
 
 function draw_meshing() {
@@ -95,7 +119,7 @@ function say_proposal() {
 
 const titles = {scene: () => `Error against run time: ${report.scene}`, meshing: () => `Meshing: ${report.input}`, stability: () => 'Stability'};
 document.title = say('title', titles[report.kind]());
-say('provenance', `${report.machine} · ${report.compiler} · Isochor ${report.version} (${report.commit})`);
+say('provenance', `${report.machine} · ${report.threads} ${report.threads === 1 ? 'thread' : 'threads'} · ${report.compiler} · Isochor ${report.version} (${report.commit}) · ${report.made.replace('T', ' ').replace('Z', ' UTC')}`);
 say_proposal();
 document.getElementById('incomplete').hidden = report.complete;
 ({scene: draw_scene, meshing: draw_meshing, stability: draw_stability})[report.kind]();
