@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor {
 namespace {
 
@@ -56,14 +58,19 @@ void BoxHash::build(std::span<const Box> boxes) {
   if (!boxes_.empty()) spacing_ = std::max(spacing_, 1e-6 * bounds_.size().maxCoeff());
   if (!(spacing_ > 0.0) || !std::isfinite(spacing_)) spacing_ = 1.0;
   begin_.assign(std::bit_ceil(2 * boxes_.size() + 1) + 1, 0);
-  for (const Box& box : boxes_) visit_buckets(box, [&](std::size_t b) { ++begin_[b + 1]; });
+  for (const Box& box : boxes_) {
+    throw_if_scope_cancelled();
+    visit_buckets(box, [&](std::size_t b) { ++begin_[b + 1]; });
+  }
   for (std::size_t b = 1; b < begin_.size(); ++b) begin_[b] += begin_[b - 1];
   entries_.resize(static_cast<std::size_t>(begin_.back()));
   // One ahead, so that filling a bucket moves its begin_ to where the next one starts.
   for (std::size_t b = begin_.size() - 1; b > 0; --b) begin_[b] = begin_[b - 1];
-  for (std::size_t i = 0; i < boxes_.size(); ++i)
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    throw_if_scope_cancelled();
     visit_buckets(boxes_[i],
                   [&](std::size_t b) { entries_[begin_[b + 1]++] = static_cast<std::int32_t>(i); });
+  }
   seen_.assign(boxes_.size(), 0);
   query_ = 0;
 }

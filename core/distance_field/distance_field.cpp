@@ -89,7 +89,7 @@ void check_budget(const TriangleSoup& soup, const Grid& grid, const DistanceFiel
 /// Gives the values their size. The first touch of a gigabyte takes a second, within which a run can be
 /// cancelled.
 void touch(std::size_t size, std::vector<float>& values, const Progress& progress) {
-  constexpr std::size_t portion = std::size_t{4} << 20;
+  constexpr std::size_t portion = std::size_t{1} << 20;
   while (values.size() < size) {
     progress.throw_if_cancelled();
     values.resize(std::min(size, values.size() + portion));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/common/types.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 
@@ -13,7 +14,8 @@ struct Coordinates {
   std::vector<double> x, y, z;
 
   Coordinates() = default;
-  explicit Coordinates(std::size_t size) : x(size), y(size), z(size) {}
+  /// Large bodies make many: between them they can be cancelled.
+  explicit Coordinates(std::size_t size) : x(size), y(size), z(size) { throw_if_scope_cancelled(); }
   explicit Coordinates(std::span<const Vec3> points) : Coordinates(points.size()) {
     for (std::size_t i = 0; i < points.size(); ++i) set(i, points[i]);
   }

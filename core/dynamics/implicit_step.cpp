@@ -61,7 +61,6 @@ ImplicitStep::ImplicitStep(const SoftBody& body)
       right_side_(body.size(), body.mesh->cells.size()),
       step_(body.size(), body.mesh->cells.size()),
       multipliers_(body.mesh->cells.size()) {
-  throw_if_scope_cancelled();
   reactions_.reserve(body.surface_particles.size());
   targets_.reserve(body.surface_particles.size());
 }
@@ -78,6 +77,7 @@ void ImplicitStep::begin(SoftBody& body, double h, ImplicitScheme scheme) {
     deformation_.set(i, h * (rotation_ * (body.velocities.at(i) - rigid)));
     turned_.set(i, center + rotation_ * arm);
   }
+  throw_if_scope_cancelled();
   if (body.has_pins) turned_ = body.positions;
   internal_energy_ = spring_energy(body.springs, body.material, body.positions);
   energy_ = internal_energy_ + kinetic_energy(body);

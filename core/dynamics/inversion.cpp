@@ -13,12 +13,13 @@ namespace isochor {
 namespace {
 
 constexpr int max_sweeps = 20;
-constexpr double least_volume = 0.05;         ///< of a tet, relative to rest
-constexpr double largest_displacement = 0.3;  ///< cells
-constexpr double largest_excess = 20.0;       ///< factor
-constexpr double least_alignment = 0.1;       ///< of the start's directions with the present ones
-constexpr double flat_gradient = 1e-6;        ///< ‖∇V‖ relative to V0^⅔, about that of rest
-constexpr double missing_axis = 1e-6;         ///< singular value relative to that of the rest pose
+constexpr std::size_t tets_a_check = 1U << 17;  ///< between two looks for a cancellation
+constexpr double least_volume = 0.05;           ///< of a tet, relative to rest
+constexpr double largest_displacement = 0.3;    ///< cells
+constexpr double largest_excess = 20.0;         ///< factor
+constexpr double least_alignment = 0.1;         ///< of the start's directions with the present ones
+constexpr double flat_gradient = 1e-6;          ///< ‖∇V‖ relative to V0^⅔, about that of rest
+constexpr double missing_axis = 1e-6;           ///< singular value relative to that of the rest pose
 
 double current_tet_volume(const Tet& t, const Coordinates& x) {
   return tet_volume(x.at(t[0]), x.at(t[1]), x.at(t[2]), x.at(t[3]));
@@ -79,6 +80,7 @@ std::int64_t count_inverted(const TetMesh& mesh, const Coordinates& positions) {
 }
 
 bool any_inverted(const TetMesh& mesh, const Coordinates& positions) {
+  throw_if_scope_cancelled();
   return std::ranges::any_of(mesh.tets,
                              [&](const Tet& t) { return !(current_tet_volume(t, positions) > 0.0); });
 }
@@ -90,15 +92,19 @@ TetInequality::TetInequality(const SoftBody& body)
       pending_((body.mesh->tets.size() + 63) / 64) {
   throw_if_scope_cancelled();
   const std::vector<Tet>& tets = body.mesh->tets;
-  for (const Tet& t : tets) {
-    least_volumes_.push_back(least_volume * rest_tet_volume(body, t));
-    for (const auto i : t) ++tets_begin_[i + 1];
+  least_volumes_.reserve(tets.size());
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    if (t % tets_a_check == 0) throw_if_scope_cancelled();
+    least_volumes_.push_back(least_volume * rest_tet_volume(body, tets[t]));
+    for (const auto i : tets[t]) ++tets_begin_[i + 1];
   }
   throw_if_scope_cancelled();
   std::partial_sum(tets_begin_.begin(), tets_begin_.end(), tets_begin_.begin());
   std::vector<std::int32_t> next(tets_begin_.begin(), tets_begin_.end() - 1);
-  for (std::size_t t = 0; t < tets.size(); ++t)
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    if (t % tets_a_check == 0) throw_if_scope_cancelled();
     for (const auto i : tets[t]) tets_of_[next[i]++] = static_cast<std::int32_t>(t);
+  }
 }
 
 bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, int round,
@@ -205,6 +211,7 @@ std::int64_t TetInequality::bytes() const {
 }
 
 std::int64_t pull_flattened_cells(const SoftBody& body, Coordinates& positions) {
+  throw_if_scope_cancelled();
   const VolumeElements cells(*body.mesh, false);
   std::vector<Vec3> pull;  // made only where a cell is flat: most bodies never have one
   std::vector<int> pulled;

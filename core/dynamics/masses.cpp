@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/dynamics/cell_volume.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -40,6 +41,7 @@ std::vector<double> equal_masses(const TetMesh& mesh, std::span<const double> ce
 
 std::vector<double> cell_volumes(const TetMesh& mesh, std::span<const Vec3> positions) {
   std::vector<double> volumes(mesh.cells.size());
+  throw_if_scope_cancelled();
   for (std::size_t c = 0; c < volumes.size(); ++c) {
     CellCorners corners;
     for (int b = 0; b < 8; ++b) corners[b] = positions[mesh.cells[c].corners[b]];
@@ -60,6 +62,7 @@ std::vector<double> tet_volumes(const TetMesh& mesh, std::span<const Vec3> posit
 std::vector<double> particle_masses(const TetMesh& mesh, std::span<const double> volumes,
                                     std::span<const double> densities, MassLumping lumping) {
   std::vector<double> cell_masses(mesh.cells.size());
+  throw_if_scope_cancelled();
   for (std::size_t c = 0; c < cell_masses.size(); ++c) cell_masses[c] = volumes[c] * densities[c];
   return lumping == MassLumping::lumped ? lumped_masses(mesh, cell_masses)
                                         : equal_masses(mesh, cell_masses, densities);

@@ -4,16 +4,23 @@
 #include <memory>
 #include <new>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor::newton {
 
-/// Numbers that begin at a cache line, zero at first.
+/// Numbers that begin at a cache line, zero at first. The first touch of those of a large body takes a while,
+/// within which it can be cancelled.
 template <class T>
 class AlignedArray {
  public:
   AlignedArray() = default;
   explicit AlignedArray(std::int64_t size)
       : data_(static_cast<T*>(::operator new (size * sizeof(T), std::align_val_t{64}))), size_(size) {
-    std::fill_n(data_.get(), size, T{});
+    constexpr std::int64_t portion = 1 << 20;
+    for (std::int64_t begin = 0; begin < size; begin += portion) {
+      throw_if_scope_cancelled();
+      std::fill_n(data_.get() + begin, std::min(portion, size - begin), T{});
+    }
   }
   T* data() const { return data_.get(); }
   T& operator[](std::int64_t i) const { return data_[i]; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/dynamics/lattice_box.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor::newton {
 namespace {
@@ -38,8 +39,11 @@ class LayoutBuilder {
 
   LatticeLayout build() {
     place_vertices();
+    throw_if_scope_cancelled();
     place_cells();
+    throw_if_scope_cancelled();
     make_slabs();
+    throw_if_scope_cancelled();
     // Arrays of this length follow each other: an odd number of cache lines keeps them out of each other's
     // sets.
     layout_.slots = round_up(layout_.first_extra + static_cast<std::int64_t>(layout_.extra_vertices.size()));
@@ -147,6 +151,7 @@ std::int64_t LatticeLayout::irregular_index(std::int64_t cell) const {
 
 std::optional<LatticeLayout> make_lattice_layout(const TetMesh& mesh) {
   if (mesh.cells.empty() || !fits_lattice(mesh)) return std::nullopt;
+  throw_if_scope_cancelled();
   return LayoutBuilder(mesh).build();
 }
 

@@ -10,21 +10,20 @@ namespace isochor::newton {
 
 LatticeSystem::LatticeSystem(VolumeModel model, LatticeLayout layout)
     : model_(std::move(model)), layout_(std::move(layout)), solver_(layout_) {
-  throw_if_scope_cancelled();
   for (auto* points : {&start_, &x_, &trial_, &direction_, &forces_}) *points = PointArray(layout_.slots);
   for (auto* array : {&inverse_volumes_, &errors_, &inverse_masses_})
     *array = AlignedArray<double>(layout_.slots);
   for (auto* array : {&sign_, &weights_}) *array = AlignedArray<float>(layout_.slots);
   for (auto* array : {&multipliers_, &last_multipliers_}) *array = AlignedArray<float>(layout_.slots);
-  throw_if_scope_cancelled();
   weighted_values_ = AlignedArray<float>(24 * layout_.slots);
   for (int k = 0; k < 24; ++k) weighted_.value[k] = weighted_values_.data() + k * layout_.slots;
   weighted_irregular_.resize(layout_.irregular_cells.size());
   irregular_rest_volumes_.resize(layout_.irregular_cells.size());
   slab_sums_.resize(layout_.slabs.size());
-  throw_if_scope_cancelled();
   set_rest_volumes();
+  throw_if_scope_cancelled();
   set_masses();
+  throw_if_scope_cancelled();
   choose_preconditioner();
 }
 

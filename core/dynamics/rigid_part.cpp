@@ -2,9 +2,12 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor {
 
 Vec3 mass_center(const SoftBody& body, const Coordinates& x) {
+  throw_if_scope_cancelled();
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < body.size(); ++i) sum += body.masses[i] * x.at(i);
   return sum / body.total_mass;

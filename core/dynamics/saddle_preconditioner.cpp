@@ -6,6 +6,8 @@
 
 #include "core/common/wide.h"
 #include "core/dynamics/lattice_box.h"
+#include "core/parallel/cancel_scope.h"
+#include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
 namespace {
@@ -75,8 +77,10 @@ ISOCHOR_MULTIVERSION void widen(const float* from, double factor, double* __rest
 std::optional<BoxPreconditioner> BoxPreconditioner::make(const TetMesh& mesh) {
   if (mesh.grid.size.maxCoeff() > longest) return std::nullopt;
   BoxPreconditioner result(mesh);
+  throw_if_scope_cancelled();
   std::vector<std::int32_t> taken = result.node_slots_;
-  std::ranges::sort(taken);
+  cancellable_sort(taken);
+  throw_if_scope_cancelled();
   if (std::ranges::adjacent_find(taken) != taken.end()) return std::nullopt;
   return result;
 }

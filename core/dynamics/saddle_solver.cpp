@@ -129,15 +129,14 @@ SaddleSolver::SaddleSolver(const SoftBody& body)
       residual_(body.size(), rows_.size()),
       rigid_(body.size()),
       divergence_(rows_.size()) {
-  throw_if_scope_cancelled();
   for (auto& entries : inverse_blocks_) entries.resize(body.size());
+  throw_if_scope_cancelled();
   constexpr std::size_t basis_bytes = std::size_t{256} << 20;
   const std::size_t vector_bytes = sizeof(double) * (3 * body.size() + rows_.size());
   cycle_ = static_cast<int>(std::clamp<std::size_t>(basis_bytes / (2 * vector_bytes), 8, longest_cycle));
-  throw_if_scope_cancelled();
-  basis_.assign(cycle_ + 1, SaddleVector(body.size(), rows_.size()));
-  throw_if_scope_cancelled();
-  preconditioned_.assign(cycle_, basis_[0]);
+  basis_.reserve(cycle_ + 1), preconditioned_.reserve(cycle_);
+  for (int i = 0; i <= cycle_; ++i) basis_.emplace_back(body.size(), rows_.size());
+  for (int i = 0; i < cycle_; ++i) preconditioned_.emplace_back(body.size(), rows_.size());
   hessenberg_.resize(cycle_ + 1, cycle_);
   for (auto* values : {&projected_, &cosines_, &sines_, &coefficients_}) values->resize(cycle_ + 1);
   // The box's inverses are those of equal cells: uneven masses are judged by trial, like other shapes.
@@ -156,6 +155,7 @@ void SaddleSolver::linearize(const SoftBody& body, const Coordinates& positions,
   center_.setZero();
   for (std::size_t i = 0; i < body.size(); ++i) center_ += body.masses[i] * positions.at(i);
   center_ /= body.total_mass;
+  throw_if_scope_cancelled();
   for (std::size_t i = 0; i < body.size(); ++i) arms_.set(i, positions.at(i) - center_);
   invert_diagonals(body);
   if (box_) {

@@ -4,6 +4,7 @@
 
 #include "core/common/wide.h"
 #include "core/dynamics/volume_elements.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -27,12 +28,14 @@ ISOCHOR_MULTIVERSION void difference_quotient(const double* x, const double* sta
 }
 
 double kinetic_energy(const SoftBody& body, const Coordinates& v) {
+  throw_if_scope_cancelled();
   double sum = 0.0;
   for (std::size_t i = 0; i < body.size(); ++i) sum += 0.5 * body.masses[i] * v.at(i).squaredNorm();
   return sum;
 }
 
 double gravity_energy(const SoftBody& body, const Coordinates& x, const Vec3& gravity) {
+  throw_if_scope_cancelled();
   double sum = 0.0;
   for (std::size_t i = 0; i < body.size(); ++i) sum -= body.masses[i] * gravity.dot(x.at(i));
   return sum;
@@ -46,6 +49,7 @@ double total_energy(const SoftBody& body, const Coordinates& x, const Coordinate
 }  // namespace
 
 Momentum momentum(const SoftBody& body) {
+  throw_if_scope_cancelled();
   Momentum sum;
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 p = body.masses[i] * body.velocities.at(i);
@@ -72,6 +76,7 @@ double start_energy(const SoftBody& body, const Vec3& gravity) {
 }
 
 CellVolumeErrors volume_errors(const SoftBody& body) {
+  throw_if_scope_cancelled();
   const VolumeElements cells(*body.mesh, false);
   CellVolumeErrors errors;
   for (std::int64_t c = 0; c < cells.count(); ++c) {
@@ -84,6 +89,7 @@ CellVolumeErrors volume_errors(const SoftBody& body) {
 }
 
 void keep_start(SoftBody& body) {
+  throw_if_scope_cancelled();
   body.start_positions = body.positions;
   body.start_velocities = body.velocities;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/parallel/cancel_scope.h"
+#include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
 namespace {
@@ -40,7 +41,7 @@ class FamilyBuilder {
 
   void add(std::vector<Spring> springs) {
     throw_if_scope_cancelled();
-    std::ranges::sort(springs);
+    cancellable_sort(springs);
     throw_if_scope_cancelled();
     for (std::size_t s = 0; s < springs.size();) {
       std::size_t same = s + 1;
@@ -119,6 +120,7 @@ double gershgorin_bound(const SpringStencil& stencil, const SpringMaterial& mate
                         std::span<const double> inverse_masses) {
   std::vector<double> sums(inverse_masses.size(), 0.0);
   const auto add = [&](const SpringFamily& family, double stiffness) {
+    throw_if_scope_cancelled();
     for (const SpringRun& run : family.runs) {
       for (std::int32_t t = 0; t < run.count; ++t) {
         const double wa = inverse_masses[run.a + t], wb = inverse_masses[run.b + t];

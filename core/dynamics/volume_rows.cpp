@@ -5,6 +5,7 @@
 #include "core/common/wide.h"
 #include "core/dynamics/cell_volume.h"
 #include "core/parallel/cancel_scope.h"
+#include "core/parallel/parallel.h"
 
 namespace isochor {
 namespace {
@@ -16,6 +17,7 @@ struct Entries {
 };
 
 constexpr int block = 32;
+constexpr std::int64_t cells_a_chunk = 2048;
 
 ISOCHOR_MULTIVERSION void run_products(std::span<const CellRun> runs, const Entries& entries,
                                        const std::array<const double*, 3>& v, double* product) {
@@ -83,17 +85,21 @@ VolumeRows::VolumeRows(const TetMesh& mesh) : volumes_(mesh.cells.size()) {
 
 void VolumeRows::linearize(const TetMesh& mesh, const Coordinates& positions) {
   measure(mesh, positions);
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-    const CellCorners gradient =
-        cell_volume_gradient(corners_of(mesh.cells[c], positions), mesh.cells[c].parity());
-    for (int b = 0; b < 8; ++b)
-      for (int axis = 0; axis < 3; ++axis) entries_[3 * b + axis][c] = gradient[b][axis];
-  }
+  parallel_for(std::ssize(mesh.cells), cells_a_chunk, [&](std::int64_t begin, std::int64_t end) {
+    for (auto c = begin; c < end; ++c) {
+      const CellCorners gradient =
+          cell_volume_gradient(corners_of(mesh.cells[c], positions), mesh.cells[c].parity());
+      for (int b = 0; b < 8; ++b)
+        for (int axis = 0; axis < 3; ++axis) entries_[3 * b + axis][c] = gradient[b][axis];
+    }
+  });
 }
 
 void VolumeRows::measure(const TetMesh& mesh, const Coordinates& positions) {
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c)
-    volumes_[c] = cell_volume(corners_of(mesh.cells[c], positions), mesh.cells[c].parity());
+  parallel_for(std::ssize(mesh.cells), cells_a_chunk, [&](std::int64_t begin, std::int64_t end) {
+    for (auto c = begin; c < end; ++c)
+      volumes_[c] = cell_volume(corners_of(mesh.cells[c], positions), mesh.cells[c].parity());
+  });
 }
 
 void VolumeRows::multiply(const Coordinates& v, std::vector<double>& product) const {
@@ -111,6 +117,7 @@ void VolumeRows::add_transposed(const std::vector<double>& multipliers, double f
 
 void VolumeRows::diagonal(const Coordinates& d, std::vector<double>& diagonal) const {
   std::ranges::fill(diagonal, 0.0);
+  throw_if_scope_cancelled();
   const std::array<const double*, 3> axes{d.x.data(), d.y.data(), d.z.data()};
   for (const CellRun& run : runs_)
     for (int b = 0; b < 8; ++b)

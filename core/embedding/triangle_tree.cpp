@@ -5,6 +5,7 @@
 
 #include "core/common/wide.h"
 #include "core/mesh_input/triangle_soup.h"
+#include "core/parallel/cancellable_sort.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -38,7 +39,7 @@ std::vector<std::int32_t> morton_order(std::span<const Vec3> positions, std::spa
       keys[t].second = static_cast<std::int32_t>(t);
     }
   });
-  std::ranges::sort(keys);
+  cancellable_sort(keys);
   std::vector<std::int32_t> order;
   order.reserve(count);
   for (const auto& [key, triangle] : keys) order.push_back(triangle);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/parallel/cancel_scope.h"
 #include "core/scene/simulation.h"
 
 namespace isochor {
@@ -44,6 +45,7 @@ class PhaseList {
   template <class Work>
   void run(Phase phase, Work&& work) {
     if (!has(phase)) return;
+    throw_if_scope_cancelled();
     const auto begin = std::chrono::steady_clock::now();
     work();
     at(phase).ms +=

@@ -5,6 +5,7 @@
 #include "core/collision/contact_response.h"
 #include "core/collision/vertex_triangle.h"
 #include "core/distance_field/closest_point.h"
+#include "core/parallel/cancel_scope.h"
 #include "core/scene/detect_contacts.h"
 
 namespace isochor {
@@ -207,6 +208,7 @@ void SurfaceCollision::hash_triangles(bool swept) {
       triangles_.push_back({static_cast<int>(b), cell, triangle});
     }
   }
+  throw_if_scope_cancelled();
   triangle_hash_.build(boxes_);
 }
 
@@ -256,6 +258,7 @@ void SurfaceCollision::watch() {
 }
 
 void SurfaceCollision::watch(int owner, std::int32_t vertex) {
+  throw_if_scope_cancelled();
   Box path;
   path.extend(soft(owner).start_positions.at(vertex)), path.extend(soft(owner).positions.at(vertex));
   Watched watched{owner, vertex, std::ssize(candidates_), 0};
@@ -413,7 +416,9 @@ void SurfaceCollision::hash_tets() {
       tets_.emplace_back(static_cast<int>(b), static_cast<std::int32_t>(t));
     }
   }
+  throw_if_scope_cancelled();
   tet_hash_.build(boxes_);
+  throw_if_scope_cancelled();
 }
 
 double SurfaceCollision::depth_below_surface(int body, int owner, std::int32_t vertex) {
@@ -443,6 +448,7 @@ double SurfaceCollision::deepest_penetration(const World& world) {
     const SoftBody& body = soft(owner);
     if (!may_meet(b, surfaces_[b].swept)) continue;
     for (const auto vertex : body.surface_particles) {
+      throw_if_scope_cancelled();
       const Vec3 p = body.positions.at(vertex);
       Box point;
       point.extend(p);

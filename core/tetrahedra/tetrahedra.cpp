@@ -6,6 +6,7 @@
 #include "core/common/error.h"
 #include "core/lattice/lattice.h"
 #include "core/lattice/node_link.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -45,15 +46,18 @@ class NodeVertices {
       : nodes_{grid.size + Vec3i::Ones(), grid.spacing, grid.origin}, separate_(separate) {
     mask_.resize(nodes_.count());
     first_.resize(nodes_.count());
-    for (int k = 0; k < nodes_.size.z(); ++k)
+    for (int k = 0; k < nodes_.size.z(); ++k) {
+      throw_if_scope_cancelled();
       for (int j = 0; j < nodes_.size.y(); ++j)
         for (int i = 0; i < nodes_.size.x(); ++i)
           mask_[nodes_.index(i, j, k)] = node_mask(grid, kept, i, j, k);
+    }
   }
 
   void create(TetMesh& mesh) {
     std::int64_t n = 0;
-    for (int k = 0; k < nodes_.size.z(); ++k)
+    for (int k = 0; k < nodes_.size.z(); ++k) {
+      throw_if_scope_cancelled();
       for (int j = 0; j < nodes_.size.y(); ++j)
         for (int i = 0; i < nodes_.size.x(); ++i, ++n) {
           if (mask_[n] == 0) continue;
@@ -63,6 +67,7 @@ class NodeVertices {
             mesh.nodes.push_back({i, j, k});
           }
         }
+    }
   }
 
   /// Vertex at corner b of the cell at c.
@@ -90,18 +95,19 @@ void add_surface(const Cell& cell, int face, TetMesh& mesh) {
     mesh.surface.push_back({c[triangle[0]], c[triangle[1]], c[triangle[2]]});
 }
 
-TetMesh assemble(const Grid& grid, const std::vector<std::uint8_t>& kept, bool separate,
-                 const Progress& progress) {
+TetMesh assemble(const Grid& grid, const std::vector<std::uint8_t>& kept, bool separate) {
   TetMesh mesh;
   mesh.grid = grid;
   NodeVertices vertices(grid, kept, separate);
-  progress.throw_if_cancelled();
   vertices.create(mesh);
+  const auto cells = std::ranges::count_if(kept, [](std::uint8_t cell) { return cell != 0; });
+  mesh.cells.reserve(cells);
+  mesh.tets.reserve(5 * cells);
   const auto is_kept = [&](int i, int j, int k) {
     return grid.contains(i, j, k) && kept[grid.index(i, j, k)] != 0;
   };
   for (int k = 0; k < grid.size.z(); ++k) {
-    progress.throw_if_cancelled();
+    throw_if_scope_cancelled();
     for (int j = 0; j < grid.size.y(); ++j)
       for (int i = 0; i < grid.size.x(); ++i) {
         if (!is_kept(i, j, k)) continue;
@@ -129,15 +135,16 @@ TetMesh make_tetrahedra(const Lattice& lattice, const Progress& progress) {
   if (lattice.kept_count == 0)
     throw Error(ErrorCode::empty_result, "no lattice cell is kept, so there are no tetrahedra",
                 "lower the density threshold or raise p_in_voxels");
+  const CancelScope scope(progress);
   progress.report("tetrahedra", 0.0);
-  return assemble(lattice.grid, lattice.kept, lattice.contacts == Contacts::separate, progress);
+  return assemble(lattice.grid, lattice.kept, lattice.contacts == Contacts::separate);
 }
 
 TetMesh make_box_lattice(const Vec3i& cells, double cell_size, const Vec3& origin) {
   if ((cells.array() < 1).any() || !(cell_size > 0.0))
     throw Error(ErrorCode::invalid_argument, "a lattice body needs at least one cell of positive size");
   const Grid grid{cells, cell_size, origin};
-  return assemble(grid, std::vector<std::uint8_t>(grid.count(), 1), false, {});
+  return assemble(grid, std::vector<std::uint8_t>(grid.count(), 1), false);
 }
 
 double total_volume(const TetMesh& mesh) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <numeric>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "core/parallel/cancel_scope.h"
+#include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
 namespace {
@@ -88,6 +90,23 @@ TEST_P(Parallel, EndsWhenTheScopeOfItsThreadIsCancelled) {
   visits = 0;
   count_until(100);  // and nobody else's
   EXPECT_EQ(visits.load(), 1000);
+}
+
+TEST(CancellableSort, SortsAndEndsWithItsScope) {
+  std::vector<std::uint32_t> values(1 << 18);
+  std::uint32_t random = 1;
+  for (std::uint32_t& value : values) value = random = random * 1664525U + 1013904223U;
+  std::vector<std::uint32_t> sorted = values;
+  std::ranges::sort(sorted);
+  const std::atomic<bool> cancel{true};
+  const Progress progress({}, &cancel);
+  {
+    const CancelScope scope(progress);
+    std::vector<std::uint32_t> given_up = values;
+    EXPECT_THROW(cancellable_sort(given_up), Error);
+  }
+  cancellable_sort(values);
+  EXPECT_EQ(values, sorted);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 3, 8));
