@@ -87,6 +87,7 @@ test('a copied link shows the same picture in another browser: parameters, clip,
   const page = await suite.open();
   await type(cells(page), 14);
   await page.getByLabel('Clip axis').selectOption('x');
+  await type(page.getByLabel('Gravity, exact value'), -5);
   await page.locator('canvas.view').focus();
   await page.keyboard.press('ArrowLeft');
   const made = await eventually(() => tets(page), n => n > 0 && n < 4000, 'the coarser model');
@@ -103,9 +104,11 @@ test('a copied link shows the same picture in another browser: parameters, clip,
   await eventually(() => tets(copy), n => n === made, 'the same model');
   assert.equal(await cells(copy).inputValue(), '14');
   assert.equal(await copy.getByLabel('Clip axis').inputValue(), 'x');
+  assert.equal(await copy.getByLabel('Gravity, exact value').inputValue(), '-5');
   await eventually(() => Promise.resolve(copy.url()), url => new URL(url).hash === new URL(link).hash, 'the same camera, so the same link');
   const {sum} = await look(page);
   await eventually(() => look(copy), seen => seen.sum === sum, 'the same picture');
+  no_complaints(copy);
   await page.context().close();
   await copy.context().close();
 });

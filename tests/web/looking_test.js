@@ -23,6 +23,9 @@ test('each layer comes and goes', async () => {
   }
   await press('Voxels');
   await seen(s => s.tets < 500 && s.sand < 500, 'nothing');
+  await press('Sim');
+  await seen(s => s.sand > 3000, 'the start of the simulation');
+  await press('Sim');
   await press('Surface');
   await press('Tets');
 });
@@ -61,6 +64,7 @@ test('cells explode, wireframe shows edges, colours change', async () => {
 test('a range of the histogram isolates cells', async () => {
   const all = await look(page);
   const plot = page.getByRole('group', {name: 'Histogram'});
+  await plot.scrollIntoViewIfNeeded();
   const box = await plot.boundingBox();
   await page.mouse.move(box.x + box.width * 0.05, box.y + 30);
   await page.mouse.down();

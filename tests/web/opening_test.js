@@ -14,9 +14,13 @@ const choose = (page, name, text) => page.locator('input[type=file]').setInputFi
 test('a dropped mesh becomes a model, and its report counts what is wrong', async () => {
   const page = await suite.open();
   const tree = await tets(page);
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
   await drop(page, 'open cube.obj', open_cube);
   await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the report of the cube');
   await eventually(() => tets(page), n => n !== tree, 'the model of the cube');
+  await page.getByText('ready to play').waitFor();
+  assert.equal(await page.getByRole('button', {name: 'Tets', exact: true}).getAttribute('aria-pressed'), 'true', 'in place of the run');
   await page.getByRole('button', {name: /open edges: fly to the next/}).click();
   await status(page).filter({hasText: /open edges: 1 of/}).waitFor();
   no_complaints(page);
@@ -59,6 +63,8 @@ test('a mesh that leaves nothing is answered with a fix of one click', async () 
   await choose(page, 'triangle.obj', 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n');
   const card = page.locator('.problem-card');
   await card.filter({hasText: 'no lattice cell is filled enough'}).waitFor();
+  assert.match(await page.getByRole('region', {name: 'Lattice'}).locator('summary').textContent(), /failed$/);
+  await page.locator('.inspector').getByText('No model yet.').waitFor();
   await card.locator('button.primary').first().click();
   await tets_ready(page);
   await card.waitFor({state: 'detached'});

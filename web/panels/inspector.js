@@ -19,7 +19,10 @@ export function inspector(app) {
     panel('Plan', plan_panel(app)),
     panel('Error against run time', report_panel(app)),
     panel('Stability', stability_panel(app)));
-  app.simulation.addEventListener('bodies', () => app.simulation.continued || root.scrollTo({top: live.offsetTop - root.offsetTop}));
+  const {simulation} = app;
+  simulation.addEventListener('bodies', () => {
+    if (simulation.bodies.length && !simulation.continued) root.scrollTo({top: live.offsetTop - root.offsetTop});
+  });
   app.events.addEventListener('ray', () => reveal(root, picked));
   return root;
 }

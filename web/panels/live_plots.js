@@ -19,8 +19,12 @@ export function live_plots({simulation, events}) {
   const hint = h('p', {class: 'quiet'}, 'Play the scene to see its volume error, energy, time and substeps.');
   let charts = null;
   let data = [];
-  const clear = () => data = [];
-  simulation.addEventListener('bodies', () => (simulation.continued || clear(), hint.hidden = true));
+  simulation.addEventListener('bodies', () => {
+    hint.hidden = simulation.bodies.length > 0;
+    if (simulation.continued) return;
+    data = [];
+    if (!hint.hidden) take_away(), facts.replaceChildren();
+  });
   let pending = false;
   simulation.addEventListener('frames', () => {
     const {seq, t, metrics} = simulation.buffer.last ?? {};
@@ -30,16 +34,22 @@ export function live_plots({simulation, events}) {
     if (data.length > span) data.shift();
     if (pending) return;
     pending = true;
-    setTimeout(() => (pending = false, draw()), 200);
+    setTimeout(() => {
+      pending = false;
+      if (data.length) draw();
+    }, 200);
   });
   const draw = () => {
     charts ??= plots.map(plot => make_chart(root, plot));
     charts.forEach((chart, k) => chart.setData([data.map(({t}) => t), ...plots[k].series.map(([, read]) => data.map(({metrics}) => read(metrics)))]));
   };
   simulation.addEventListener('frame', once_a_frame(() => show_facts(facts, simulation.shown?.metrics)));
-  events.addEventListener('theme', () => {
+  const take_away = () => {
     charts?.forEach(chart => (chart.root.parentNode.remove(), chart.destroy()));
     charts = null;
+  };
+  events.addEventListener('theme', () => {
+    take_away();
     if (data.length) draw();
   });
   new ResizeObserver(() => charts?.forEach(chart => chart.setSize({width: root.clientWidth, height: scaled(100)}))).observe(root);

@@ -20,13 +20,13 @@ export function problem_cards(app) {
 /// Beginning with the file that it is about.
 function what_and_where({detail, message, title, file = ''}) {
   const what = detail ?? message ?? title;
-  return what.includes(file) ? what : `${file}: ${what}`;
+  return what.includes(file) ? sentence(what) : `${file}: ${what}`.replace(/[^.!?]$/, '$&.');
 }
 
 function problem_card(app, problem, actions) {
   const details = problem.errors?.map(({pointer, detail}) => h('li', {}, `${pointer.replace('/', '')}: ${detail}`)) ?? [];
   const card = h('div', {class: 'problem-card', 'data-code': String(problem.code)},
-    h('strong', {}, sentence(what_and_where(problem))),
+    h('strong', {}, what_and_where(problem)),
     details.length > 1 ? h('ul', {}, details) : null,
     problem.hint ? h('p', {class: 'quiet'}, sentence(in_titles(problem.hint, app))) : null,
     h('div', {class: 'actions'},

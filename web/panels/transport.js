@@ -21,7 +21,7 @@ export function transport(app) {
   const time = h('span', {class: 'time'});
   const show_place = once_a_frame(() => {
     const {shown, buffer} = simulation;
-    scrub.disabled = !shown;
+    scrub.disabled = buffer.frames.length < 2;
     scrub.min = buffer.first?.seq ?? 0;
     scrub.max = buffer.last?.seq ?? 0;
     scrub.value = shown?.seq ?? 0;

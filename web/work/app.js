@@ -83,7 +83,7 @@ const page = app => ({
   escape() {
     if (app.let_go()) return;
     app.viewport.mark(null);
-    if (app.picked) app.clear_pick();
+    if (app.picked) app.clear_pick(), app.say('Nothing picked');
     else app.cancel();
   },
   toggle_theme() {

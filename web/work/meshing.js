@@ -126,7 +126,8 @@ export class Meshing extends EventTarget {
   fail(problem) {
     this.problem = problem;
     for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';
-    const failed = this.job?.phase ?? stage_names.find(name => this.stages[name].state === 'stale');
+    // Of an empty model the phase is that of the settings that were tried after it.
+    const failed = problem.code === 'empty_result' ? 'lattice' : this.job?.phase ?? stage_names.find(name => this.stages[name].state === 'stale');
     if (this.stages[failed] && problem.code !== 'server_lost') this.stages[failed].state = 'failed';
     this.job = null;
     this.tell('stages');

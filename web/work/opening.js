@@ -14,14 +14,13 @@ export const opening = app => {
   };
 
   const open = source => app.run(async () => {
-    await simulation.close();
-    simulation.set_state('none');
     await meshing.open(source);
     app.tell('solved');
     return true;
   });
 
   meshing.addEventListener('mesh', () => {
+    simulation.forget();
     if (!store.get('mesh.sample')) store.adopt({'mesh.id': meshing.mesh.id});
     if (!store.get('scene') || app.refit) adopt_scene();
     else app.fit_scene();
@@ -79,6 +78,8 @@ async function replace_mesh(app, mesh, params, source) {
     store.adopt(changes);
     app.restoring = meshing.opening = false;
   };
+  const {sim, ...model} = store.get('view.layers');
+  if (!Object.values(model).some(Boolean)) store.adopt({'view.layers': default_state.view.layers});
   const template = store.get('template') === own_scene ? default_state.template : store.get('template');
   adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, template,
     mesh: {...default_state.mesh, ...mesh}, params});

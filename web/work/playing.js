@@ -26,9 +26,11 @@ export const playing = app => {
   const stale = () => !simulation.id || app.compiled?.model !== meshing.model?.id || difference(app.running, store.get('scene')).structural;
   const is_recording = () => simulation.state === 'recording' || simulation.state === 'reading';
 
-  const ready_to_step = async () => {
-    if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
+  let getting_ready = null;
+  const ready_to_step = () => getting_ready ??= get_ready().finally(() => getting_ready = null);
+  const get_ready = async () => {
     await compiling?.catch(() => {});
+    if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
     if (!is_recording() && stale()) await compile();
   };
 
@@ -55,6 +57,11 @@ export const playing = app => {
   });
 
   store.on('scene', live => !app.restoring && meshing.shows(store.get('mesh')) && take_changes(live));
+  /// Its layer shows the start of a run that has not been played.
+  store.on('view.layers', () => {
+    const nothing_yet = simulation.state === 'none' && !simulation.bodies.length && meshing.model && !getting_ready && !app.restoring;
+    if (nothing_yet && store.get('view.layers.sim')) app.run(ready_to_step);
+  });
   store.on('speed', () => app.run(() => playback.set_speed(store.get('speed'))));
   meshing.addEventListener('model', () => {
     if (simulation.id && !meshing.preview && store.get('view.layers.sim')) app.run(() => recompile());

@@ -36,14 +36,14 @@ export const sharing = app => {
       if (!difference) return false;
       const {frame, ...state} = merge({...default_state, params: base_params(app, {...default_state.mesh, ...difference.mesh})}, difference);
       app.restoring = true;
-      store.adopt({...state, scene: difference.scene ?? null});
+      store.adopt({...state, scene: null});  // what a link says of it is told of the template's, which the mesh gives
       app.restoring = false;
       const {sample, id} = state.mesh;
-      app.refit = !difference.scene;
       await app.open(sample ? {sample} : {id});
       if (difference.scene) store.adopt({scene: merge(app.template_scene, difference.scene)});
       app.tell('scene');
       if (frame) await app.go_to_frame(frame);
+      else if (store.get('view.layers.sim')) await app.run(app.ready_to_step);
       return true;
     },
     save_params() {

@@ -4,25 +4,32 @@ import {camera_key} from '../view/camera_controls.js';
 /// Single keys, wherever no text is being typed; they can be turned off (WCAG 2.1.4).
 export const shortcuts = app => {
   const {store, viewport} = app;
-  const flip = path => () => store.set({[path]: !store.get(path)}, path.split('.').at(-1).replaceAll('_', ' '));
-  const clip_by = step => () => store.set({'view.clip.on': true,
-    'view.clip.position': Math.min(1, Math.max(0, store.get('view.clip.position') + step))}, 'Clip position');
+  const flip = (path, title) => () => {
+    store.set({[path]: !store.get(path)}, title);
+    app.say(`${title} ${store.get(path) ? 'on' : 'off'}`);
+  };
+  const clip = (changes, label) => {
+    store.set({'view.clip.on': true, ...changes}, label);
+    const {axis, position} = store.get('view.clip');
+    app.say(`Clipped along ${axis.toUpperCase()} at ${Math.round(100 * position)} %`);
+  };
+  const clip_by = step => clip({'view.clip.position': Math.min(1, Math.max(0, store.get('view.clip.position') + step))}, 'Clip position');
   return [
     {keys: [' '], title: 'Play or pause', name: 'Space', run: app.toggle_play},
     {keys: ['.'], title: 'Step forward', run: () => app.step(1)},
     {keys: [','], title: 'Step back', run: () => app.step(-1)},
     {keys: ['Home'], title: 'Restart', run: app.restart},
     {keys: ['r'], title: 'Record, or stop recording', run: app.toggle_recording},
-    {keys: ['1'], title: 'Surface on or off', run: flip('view.layers.surface')},
-    {keys: ['2'], title: 'Voxels on or off', run: flip('view.layers.voxels')},
-    {keys: ['3'], title: 'Tets on or off', run: flip('view.layers.tets')},
-    {keys: ['4'], title: 'Simulation on or off', run: flip('view.layers.sim')},
-    {keys: ['c'], title: 'Clip on or off', run: flip('view.clip.on')},
-    {keys: ['x', 'y', 'z'], title: 'Clip along X, Y or Z', run: key => store.set({'view.clip.on': true, 'view.clip.axis': key}, 'Clip axis')},
-    {keys: ['[', ']'], title: 'Move the clip plane', run: key => clip_by(key === '[' ? -0.05 : 0.05)()},
-    {keys: ['w'], title: 'Wireframe', run: flip('view.edges_only')},
+    {keys: ['1'], title: 'Surface on or off', run: flip('view.layers.surface', 'Surface')},
+    {keys: ['2'], title: 'Voxels on or off', run: flip('view.layers.voxels', 'Voxels')},
+    {keys: ['3'], title: 'Tets on or off', run: flip('view.layers.tets', 'Tets')},
+    {keys: ['4'], title: 'Simulation on or off', run: flip('view.layers.sim', 'Simulation')},
+    {keys: ['c'], title: 'Clip on or off', run: flip('view.clip.on', 'Clip')},
+    {keys: ['x', 'y', 'z'], title: 'Clip along X, Y or Z', run: key => clip({'view.clip.axis': key}, 'Clip axis')},
+    {keys: ['[', ']'], title: 'Move the clip plane', run: key => clip_by(key === '[' ? -0.05 : 0.05)},
+    {keys: ['w'], title: 'Wireframe', run: flip('view.edges_only', 'Wireframe')},
     {keys: ['f'], title: 'Fit the view', run: () => viewport.fit()},
-    {keys: ['o'], title: 'Orthographic or perspective', run: flip('view.orthographic')},
+    {keys: ['o'], title: 'Orthographic or perspective', run: flip('view.orthographic', 'Orthographic view')},
     {keys: ['6', '7', '8'], title: 'Look from the front, the right or the top', run: key => app.look_along({6: 'front', 7: 'right', 8: 'top'}[key])},
     {keys: ['p'], title: 'Pick what stands in the middle of the view', run: app.pick_middle},
     {keys: ['g'], title: 'Grab the body or collider in the middle of the view; arrows and Page Up/Down pull, Escape lets go', run: app.grab_middle},

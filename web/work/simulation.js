@@ -183,6 +183,15 @@ export class Simulation extends EventTarget {
     if (id !== kept) await this.remove(id);
   }
 
+  /// Nothing is left of the last run.
+  forget() {
+    this.close();
+    Object.assign(this, {continued: false, info: null, plan: null, bodies: [], shown: null});
+    this.buffer.clear();
+    this.tell('bodies');
+    this.set_state('none');
+  }
+
   async remove(id) {
     if (id) await this.client.request('DELETE', `/simulations/${id}`).catch(() => {});
   }

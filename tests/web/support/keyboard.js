@@ -1,5 +1,5 @@
 /// Everything of the page that a person can operate and sees now, by what a mouse could reach.
-const controls = 'button, input, select, textarea, summary, a[href], canvas, [tabindex], [role=button], [role=slider]';
+const controls = 'button, input, select, textarea, summary, a[href], canvas.view, [tabindex], [role=button], [role=slider]';
 
 /// Walks the page by Tab from its beginning until it comes round. visit(control) is called at each stop with
 /// {role, name, part, value, pressed, expanded, checked} of what holds the focus. Returns all stops.
