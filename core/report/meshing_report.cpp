@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/pipeline/shortfall.h"
+
 namespace isochor {
 namespace {
 
@@ -32,6 +34,7 @@ MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const Mesh
       ms.push_back(
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
       point.quality = model->quality;
+      if (const auto fault = shortfall(*model)) point.incomplete = fault->what;
       point.tets = static_cast<std::int64_t>(model->mesh().tets.size());
       point.cells = static_cast<std::int64_t>(model->mesh().cells.size());
       if (const double enclosed = model->enclosed_volume(); enclosed > 0.0)
@@ -105,7 +108,7 @@ MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms) {
   const MeshingPoint* best = nullptr;
   for (const MeshingPoint& point : report.points)
-    if (point.problem.empty() && point.ms.median <= budget_ms &&
+    if (point.problem.empty() && point.incomplete.empty() && point.ms.median <= budget_ms &&
         (!best || point.distance() < best->distance()))
       best = &point;
   return best;

@@ -23,7 +23,8 @@ MeshingAxes usual_meshing_axes(const MeshingOptions& base);
 
 struct MeshingPoint {
   MeshingOptions options;
-  std::string problem;  ///< why there is no model; empty when there is one
+  std::string problem;     ///< why there is no model; empty when there is one
+  std::string incomplete;  ///< why the model is no success, as shortfall() says; empty when it is one
   QualitySummary quality;
   std::optional<double> volume_error;  ///< (model − input)/input, for closed input
   std::int64_t tets = 0, cells = 0;
@@ -53,7 +54,7 @@ std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& options);
 MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress);
 
-/// The point whose boundary and input come closest, of those made within the budget.
+/// The point whose boundary and input come closest, of the complete ones made within the budget.
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms);
 
 /// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base, found

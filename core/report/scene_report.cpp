@@ -152,6 +152,7 @@ struct Study {
 
 constexpr int reference_index = -1, not_recorded = -2;
 constexpr double slow_run_seconds = 10.0;
+constexpr double wild_energy = 1000.0;  ///< as an error
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
@@ -269,7 +270,7 @@ void add_times(const std::vector<std::vector<double>>& frame_ms, ScenePoint& poi
   }
   point.runs = static_cast<int>(frame_ms.size());
   point.ms_per_step = spread_of(medians);
-  point.ms_p95 = spread_of(slow).median;
+  point.ms_p95 = spread_of(slow).max;
   point.seconds = spread_of(seconds).median;
 }
 
@@ -295,8 +296,12 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
       if (frame_ms.size() > 1) continue;
       describe(run, point);
       point.errors = compare(run, study.reference, study.scales);
+      if (point.outcome != Outcome::blew_up && point.errors.energy > wild_energy) {
+        point.outcome = Outcome::blew_up;
+        point.reason = "its energy is off by more than a thousand times that of the reference's motion";
+      }
       // A slow point is as good as its first run: the noise of a repeat is small beside it.
-      if (run.outcome == Outcome::blew_up || run.seconds() > slow_run_seconds) break;
+      if (point.outcome == Outcome::blew_up || run.seconds() > slow_run_seconds) break;
     }
   } catch (const Error& error) {
     if (error.code() == ErrorCode::cancelled) throw;

@@ -41,7 +41,8 @@ std::span<const SceneErrorField> scene_error_fields();
 enum class Outcome {
   converged,   ///< every frame met the tolerance
   infeasible,  ///< finite, but a frame fell short of the tolerance
-  blew_up,     ///< a position is not finite, or left the scene by a thousand times its size
+  blew_up,     ///< a position is not finite or a thousand times the scene's size away, or as much energy came
+               ///< from nowhere
   failed,      ///< could not be compiled
 };
 
@@ -51,7 +52,7 @@ struct ScenePoint {
   std::string reason;  ///< one sentence when not converged
   SceneErrors errors;
   Spread ms_per_step;    ///< a frame's worth of simulation: median over the frames, spread over the repeats
-  double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, median of the repeats
+  double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, in the slowest of the repeats
   double seconds = 0.0;  ///< simulating the whole run, median of the repeats
   int runs = 0;          ///< that the spread is of: the repeats, or one of a slow point
   int substeps = 0;      ///< largest of a frame

@@ -118,9 +118,9 @@ void print_scene_report(const CliContext& context, const SceneReport& report, co
                               p.ms_per_step.median, p.errors.trajectory_rms, p.errors.max_cell_volume,
                               outcome_name(p.outcome), p.reason.empty() ? "" : ": " + p.reason));
   if (report.reference.outcome != Outcome::converged && !report.points.empty())
-    context.warning(
-        fmt::format("the reference itself {}: {}; errors against it are differences between two runs",
-                    outcome_name(report.reference.outcome), report.reference.reason));
+    context.warning(fmt::format(
+        "the reference itself is no solution ({}: {}): errors against it are differences between two runs",
+        outcome_name(report.reference.outcome), report.reference.reason));
   print_orders(context, report);
   context.note("wrote " + (folder / "report.html").string());
 }
@@ -235,8 +235,10 @@ void print_meshing_report(const CliContext& context, const MeshingReport& report
                               o.voxels, o.pseudo_volume.p_in_voxels, o.lattice.cells, o.smoothing.iterations,
                               p.tets, p.ms.median,
                               p.volume_error ? fmt::format("{:+.2f} %", 100.0 * *p.volume_error) : "open",
-                              p.quality.boundary_to_input, p.quality.min_dihedral_deg,
-                              p.problem.empty() ? "converged" : "failed: " + p.problem));
+                              p.distance(), p.quality.min_dihedral_deg,
+                              fmt::format("{}{}{}", outcome_name(outcome_of(p)),
+                                          p.problem.empty() && p.incomplete.empty() ? "" : ": ",
+                                          p.problem.empty() ? p.incomplete : p.problem)));
   }
   context.note("wrote " + (folder / "report.html").string());
 }

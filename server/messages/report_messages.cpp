@@ -147,7 +147,8 @@ ScenePoint scene_point_from(const Json& json) {
 MeshingPoint meshing_point_from(const Json& json) {
   MeshingPoint point;
   point.options = read_meshing_options(to_text(json.at("settings")));
-  point.problem = json.at("reason");
+  const Outcome outcome = value_of(outcome_names, json.at("outcome"));
+  (outcome == Outcome::failed ? point.problem : point.incomplete) = json.at("reason");
   QualitySummary& q = point.quality;
   q.boundary_to_input = number_from(json.at("errors").at("boundary_to_input"));
   q.input_to_boundary = number_from(json.at("errors").at("input_to_boundary"));
@@ -242,6 +243,11 @@ std::string_view outcome_name(Outcome outcome) {
   return name_of(outcome_names, outcome);
 }
 
+Outcome outcome_of(const MeshingPoint& point) {
+  if (!point.problem.empty()) return Outcome::failed;
+  return point.incomplete.empty() ? Outcome::converged : Outcome::infeasible;
+}
+
 std::string series_name(const SceneSettings& s) {
   std::string name =
       fmt::format("{} · {} · {:.0e}", solver_name(s.solver), springs_name(s.springs), s.tolerance);
@@ -334,8 +340,8 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
     json["points"].push_back(
         {{"settings", parameters_json(p.options)},
          {"series", series_name(p.options)},
-         {"outcome", p.problem.empty() ? "converged" : "failed"},
-         {"reason", p.problem},
+         {"outcome", outcome_name(outcome_of(p))},
+         {"reason", p.problem.empty() ? p.incomplete : p.problem},
          {"errors",
           {{"distance", number(p.distance())},
            {"boundary_to_input", number(q.boundary_to_input)},
@@ -366,15 +372,15 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
 std::string encode_meshing_csv(const MeshingReport& report) {
   std::string csv =
       "voxels,p_in_voxels,cells,smoothing_iterations,lattice_cells,tets,ms,ms_min,ms_max,volume,volume_error,"
-      "boundary_to_input,input_to_boundary,coverage,min_dihedral_deg,inverted,problem\n";
+      "boundary_to_input,input_to_boundary,coverage,min_dihedral_deg,inverted,outcome,reason\n";
   for (const MeshingPoint& p : report.points) {
     const QualitySummary& q = p.quality;
-    csv +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.options.voxels,
-                    p.options.pseudo_volume.p_in_voxels, p.options.lattice.cells,
-                    p.options.smoothing.iterations, p.cells, p.tets, p.ms.median, p.ms.min, p.ms.max,
-                    q.volume, p.volume_error ? fmt::format("{}", *p.volume_error) : "", q.boundary_to_input,
-                    q.input_to_boundary, q.coverage, q.min_dihedral_deg, q.inverted, csv_text(p.problem));
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.options.voxels,
+                       p.options.pseudo_volume.p_in_voxels, p.options.lattice.cells,
+                       p.options.smoothing.iterations, p.cells, p.tets, p.ms.median, p.ms.min, p.ms.max,
+                       q.volume, p.volume_error ? fmt::format("{}", *p.volume_error) : "",
+                       q.boundary_to_input, q.input_to_boundary, q.coverage, q.min_dihedral_deg, q.inverted,
+                       outcome_name(outcome_of(p)), csv_text(p.problem.empty() ? p.incomplete : p.problem));
   }
   return csv;
 }

@@ -41,6 +41,8 @@ Scene apply_params(const Scene& scene, std::string_view json);
 std::string_view solver_name(VolumeSolver solver);
 std::string_view springs_name(SpringIntegrator springs);
 std::string_view outcome_name(Outcome outcome);
+/// Infeasible: there is a model, but an incomplete one.
+Outcome outcome_of(const MeshingPoint& point);
 /// What the points of one curve share: they differ in the step only.
 std::string series_name(const SceneSettings& settings);
 /// What all points of a fitted order have in common.

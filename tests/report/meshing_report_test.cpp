@@ -21,6 +21,22 @@ TEST(MeshingReport, AModelThatMissesAPartIsNotTheBestWithinABudget) {
   EXPECT_EQ(fit_budget(report, 30.0), &report.points[1]);
   EXPECT_EQ(fit_budget(report, 10.0), report.points.data());
   EXPECT_EQ(fit_budget(report, 5.0), nullptr);
+  report.points[1].incomplete = "it covers a tenth of its input";
+  EXPECT_EQ(fit_budget(report, 30.0), report.points.data());
+}
+
+TEST(MeshingReport, AnIncompleteModelIsSaidToBeOne) {
+  TriangleSoup sheet;
+  sheet.positions = {{0, 0, 0}, {1, 0.3, 0}, {1, 0.5, 1}, {0, 0.2, 1}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  MeshingReportOptions options;
+  options.base.voxels = 48, options.base.lattice.cells = 6;
+  options.repeats = 1;
+  Progress progress;
+  const MeshingReport report =
+      report_meshing(std::make_shared<const TriangleSoup>(std::move(sheet)), options, progress);
+  ASSERT_EQ(report.points.size(), 1U);
+  EXPECT_FALSE(report.points[0].problem.empty() && report.points[0].incomplete.empty());
 }
 
 TEST(MeshingReport, TheVolumeErrorOfAShellIsThatOfItsWall) {

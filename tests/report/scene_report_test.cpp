@@ -78,6 +78,84 @@ TEST(SceneReport, AnOscillationConvergesWithTheSecondOrder) {
   EXPECT_TRUE(seen);
 }
 
+/// One cell of mass M, its edges of stiffness k, swinging by x(1 + e), y and z(1 − e/2): springs store
+/// 3kL²e², motion (3/16)ML²ė², so ω² = 16k/M; diagonals and volume are at rest to first order. Half kicks at
+/// both ends keep ½mω²x²(1 − ((ωh)² / 4)sin²) of the energy, so that its error is (ωh)²/4.
+TEST(SceneReport, ASpringsOscillationHasTheEnergyErrorOfItsStep) {
+  DeformableBody body = cube(1, 1.0);
+  body.masses = MassLumping::equal;
+  body.edge_stiffness = 1e4;
+  body.start.affine = Vec3(1.001, 1.0 / std::sqrt(1.001), 1.0 / std::sqrt(1.001)).asDiagonal();
+  Scene scene = one_body(body, 0.5);
+  scene.gravity = Vec3::Zero();
+  SceneReportOptions options;
+  options.axes = only_substeps({1, 2, 4, 8});
+  options.axes.tolerances = {1e-12};
+  options.repeats = 1;
+  Progress quiet;
+  const SceneReport report = report_scene(scene, options, quiet);
+  ASSERT_EQ(report.points.size(), 4u);
+  for (const ScenePoint& point : report.points) {
+    const double omega = std::sqrt(16.0 * 1e4 / 1000.0), h = 1.0 / (60.0 * point.settings.substeps);
+    EXPECT_NEAR(point.errors.energy / (omega * omega * h * h / 4.0), 1.0, 0.02) << point.settings.substeps;
+  }
+}
+
+/// Another simulation, of which every frame after the first is moved, and has more energy and momentum.
+class Planted : public Simulation {
+ public:
+  explicit Planted(std::unique_ptr<Simulation> inner) : inner_(std::move(inner)) {}
+  Snapshot snapshot() const override { return inner_->snapshot(); }
+  Snapshot step(const Progress& progress) override {
+    Snapshot frame = inner_->step(progress);
+    for (Vec3& position : frame.bodies[0].positions) position += Vec3(0.03, 0.0, 0.04);
+    frame.metrics.kinetic_energy *= 1.25;
+    frame.metrics.linear_momentum *= 1.5;
+    frame.metrics.max_cell_volume_error = 0.125;
+    return frame;
+  }
+  bool finished() const override { return inner_->finished(); }
+  void continue_from(const Simulation& before) override { inner_->continue_from(before); }
+  const Scene& scene() const override { return inner_->scene(); }
+  std::vector<PlannedPhase> plan() const override { return inner_->plan(); }
+  std::vector<BodyTopology> topology() const override { return inner_->topology(); }
+  void grab(std::optional<Grab> grab) override { inner_->grab(grab); }
+  void move_body(int body, const Vec3& p, const Eigen::Quaterniond& q) override {
+    inner_->move_body(body, p, q);
+  }
+  void set_gravity(const Vec3& gravity) override { inner_->set_gravity(gravity); }
+  void set_solver(const SolverOptions& solver) override { inner_->set_solver(solver); }
+  void set_material(int body, double edge, double diagonal, double damping) override {
+    inner_->set_material(body, edge, diagonal, damping);
+  }
+
+ private:
+  std::unique_ptr<Simulation> inner_;
+};
+
+/// In flight without gravity, where all else is exact.
+TEST(SceneReport, APlantedErrorIsSeenAsWhatItIs) {
+  Scene scene = one_body(cube(2, 1.0), 0.1);
+  scene.gravity = Vec3::Zero();
+  scene.bodies[0].velocity =
+      Vec3(40.0, 0.0, 0.0);  // faster than its size over the duration: that is the scale
+  SceneReportOptions options;
+  options.axes = only_substeps({1});
+  options.repeats = 1;
+  options.build = [](const Scene& part, Progress& progress) -> std::unique_ptr<Simulation> {
+    auto simulation = compile(part, progress);
+    if (part.solver.tolerance == SceneReportOptions().reference_tolerance) return simulation;
+    return std::make_unique<Planted>(std::move(simulation));
+  };
+  Progress quiet;
+  const SceneErrors errors = report_scene(scene, options, quiet).points.at(0).errors;
+  EXPECT_NEAR(errors.trajectory_rms, 0.05, 1e-9);
+  EXPECT_NEAR(errors.trajectory_max, 0.05, 1e-9);
+  EXPECT_NEAR(errors.energy, 0.25, 1e-9);
+  EXPECT_NEAR(errors.linear_momentum, 0.5, 1e-9);
+  EXPECT_EQ(errors.max_cell_volume, 0.125);
+}
+
 TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
   const Scene scene = one_body(cube(1, 1.0), 0.1);
   std::atomic<bool> cancel{false};

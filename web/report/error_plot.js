@@ -66,12 +66,14 @@ export function error_plot(report, field, {width = 264, height = 240, time = 'ms
 /// What an error has to exceed to be told from round-off and from the error of the reference.
 export const floor_of = (report, field) => report.fields.find(({name}) => name === field)?.floor ?? 0;
 
+/// Without a −0.
+export const order_text = order => (Math.round(100 * order) / 100 + 0).toFixed(2);
+
 /// The orders of convergence of an error that rest on three points or more, as a list; null without any.
 export function orders_list({orders}, field) {
   const fitted = orders.filter(({error, points}) => error === field && points > 2);
-  const rounded = order => (Math.round(100 * order) / 100).toFixed(2);
   return fitted.length === 0 ? null : h('details', {open: fitted.length < 5, class: 'quiet'}, h('summary', {}, 'Orders of convergence'),
-    h('ul', {}, fitted.map(({order, axis, series, points}) => h('li', {}, `${rounded(order)} in ${axis.replace('_', ' ')}: ${series}, ${points} points`))));
+    h('ul', {}, fitted.map(({order, axis, series, points}) => h('li', {}, `${order_text(order)} in ${axis.replace('_', ' ')}: ${series}, ${points} points`))));
 }
 
 /// The colours and marks of an error plot's series, and of what else it shows.
@@ -86,7 +88,7 @@ export function error_legend(report, {on_series = null} = {}) {
   });
   const has = outcome => report.points.some(point => point.outcome === outcome);
   return h('ul', {class: 'legend'}, series, item('Pareto front', '', line('front')),
-    has('infeasible') && item('hollow: infeasible, the tolerance was not met', 'infeasible', mark('circle', 13, 6)),
+    has('infeasible') && item(report.kind === 'meshing' ? 'hollow: an incomplete model' : 'hollow: infeasible, the tolerance was not met', 'infeasible', mark('circle', 13, 6)),
     (has('blew_up') || has('failed')) && item('along the top: blew up or failed', 'failed', mark('cross', 13, 6)));
 }
 
@@ -147,7 +149,7 @@ function floor_line(floor, y, box) {
   const at = floor > 0 ? y(floor) : NaN;
   if (!(at >= box.top && at <= box.bottom)) return [];
   return [svg('line', {x1: box.left, x2: box.right, y1: at, y2: at, class: 'budget-line'}),
-    svg('text', {x: box.right, y: at - 3, 'text-anchor': 'end'}, 'error of the reference')];
+    svg('text', {x: box.right, y: at - 3, 'text-anchor': 'end'}, floor < 1e-13 ? 'round-off' : 'error of the reference')];
 }
 
 const polyline = (points, field, x, y) =>

@@ -1,6 +1,6 @@
 // Draws the report that stands in this document.
 import {h} from '../ui/dom.js';
-import {error_legend, error_plot, floor_of, in_words, orders_list, single_out} from './error_plot.js';
+import {error_legend, error_plot, floor_of, in_words, order_text, orders_list, single_out} from './error_plot.js';
 import {stability_maps} from './stability_map.js';
 
 const report = JSON.parse(document.getElementById('report').textContent);
@@ -49,7 +49,7 @@ function draw_plots(time, pick) {
 
 const outcomes = {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};
 /// Two columns: the outcome, and why.
-const outcome = point => [outcomes[point.outcome], point.reason];
+const outcome = point => [report.kind === 'meshing' && point.outcome === 'infeasible' ? 'incomplete' : outcomes[point.outcome], point.reason];
 const range = ({min, max}) => `${digits(min)} – ${digits(max)}`;
 
 /// The plots, and the table of points in which a chosen one is marked.
@@ -88,7 +88,7 @@ function draw_orders(orders) {
   const lines = [...new Set(orders.map(({series, axis}) => JSON.stringify([series, axis])))].map(line => JSON.parse(line));
   if (lines.length === 0) return;
   const order_of = (line, name) => orders.find(({series, axis, error}) => error === name && series === line[0] && axis === line[1]);
-  const cell = found => found ? `${found.order.toFixed(2)} (${found.points})` : '–';
+  const cell = found => found ? `${order_text(found.order)} (${found.points})` : '–';
   table('Orders of convergence (points that each is fitted to)', ['settings', 'in', ...names],
     lines.map(line => [line[0], line[1].replace('_', ' '), ...names.map(name => cell(order_of(line, name)))]));
 }
