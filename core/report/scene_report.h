@@ -52,7 +52,7 @@ struct ScenePoint {
   std::string reason;  ///< one sentence when not converged
   SceneErrors errors;
   Spread ms_per_step;    ///< a frame's worth of simulation: median over the frames, spread over the repeats
-  double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, in the slowest of the repeats
+  double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, each the median of its repeats
   double seconds = 0.0;  ///< simulating the whole run, median of the repeats
   int runs = 0;          ///< that the spread is of: the repeats, or one of a slow point
   int substeps = 0;      ///< largest of a frame

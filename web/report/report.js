@@ -21,11 +21,21 @@ function table(title, all_names, all_rows, row_class = () => '') {
   const text = value => ({class: typeof value === 'string' ? 'text' : ''});
   const cell = value => h('td', text(value), typeof value === 'string' ? value : digits(value));
   const lines = rows.map((row, k) => h('tr', {class: row_class(k)}, row.map(cell)));
-  content.append(h('h2', {}, title), scrolled(title, h('table', {},
-    h('thead', {}, h('tr', {}, head.map((name, column) => h('th', {scope: 'col', ...text(rows[0]?.[column])}, name)))),
-    h('tbody', {}, lines))));
+  const body = h('tbody', {}, lines);
+  const headers = head.map((name, column) => h('th', {scope: 'col', ...text(rows[0]?.[column])},
+    h('button', {type: 'button', title: 'Sort by it', onclick: () => sort(column)}, name)));
+  const sort = column => {
+    const falling = headers[column].ariaSort === 'ascending';
+    for (const header of headers) header.removeAttribute('aria-sort');
+    headers[column].setAttribute('aria-sort', falling ? 'descending' : 'ascending');
+    const order = rows.map((row, k) => [row[column], lines[k]]).sort(([a], [b]) => (falling ? -1 : 1) * in_order(a, b));
+    body.append(...order.map(([, line]) => line));
+  };
+  content.append(h('h2', {}, title), scrolled(title, h('table', {}, h('thead', {}, h('tr', {}, headers)), body)));
   return lines;
 }
+
+const in_order = (a, b) => typeof a === 'string' ? a.localeCompare(b, 'en', {numeric: true}) : (a ?? Infinity) - (b ?? Infinity);
 
 const scrolled = (title, element) => h('div', {class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title}, element);
 

@@ -19,7 +19,7 @@ export const stability_maps = cases => [...new Set(cases.filter(on_map).map(each
 function stability_map(group, cases) {
   const steps = sorted(cases.map(each => each.h));
   return h('table', {class: 'map'},
-    h('caption', {}, `${titles[group] ?? group}: largest cell volume error, and energy (1 at the start), stiffness k in N/m over step h in s`),
+    h('caption', {}, `${titles[group] ?? group}: largest cell volume error, and energy (1 at the start; amber where over half was damped away), stiffness k in N/m over step h in s`),
     h('thead', {}, h('tr', {}, ['k \\ h', ...steps.map(seconds)].map(name => h('th', {scope: 'col'}, name)))),
     h('tbody', {}, sorted(cases.map(each => each.stiffness)).map(k => h('tr', {}, h('th', {scope: 'row'}, power(k)),
       steps.map(step => map_cell(cases.filter(each => each.stiffness === k && each.h === step)))))));
@@ -32,6 +32,6 @@ function map_cell(cases) {
   const energy = Math.max(...cases.map(each => each.energy_ratio));
   const words = cases.map(each => `${each.name}: ${each.outcome}, largest cell error ${each.max_cell_volume_error.toExponential(1)}, ` +
     `energy ${Number(each.energy_ratio?.toPrecision(3))}, ${each.inverted} inverted`);
-  return h('td', {class: passed ? 'good' : 'bad', title: words.join('\n')}, `${passed ? '' : '✗ '}${power(error)}`, h('br'),
+  return h('td', {class: passed ? energy < 0.5 ? 'damped' : 'good' : 'bad', title: words.join('\n')}, `${passed ? '' : '✗ '}${power(error)}`, h('br'),
     energy < 100 ? energy.toFixed(2) : power(energy));
 }
