@@ -107,6 +107,19 @@ test('the cells of a sample scene are coloured by their volume error, and its na
   await page.context().close();
 });
 
+test('sample scenes with meshes, joints and lattices open and take a step, one after the other', async () => {
+  const page = await suite.open(small);
+  for (const title of ['Tree and ball', 'Chain', 'Dumbbell', 'Cube on torus']) {
+    await page.getByRole('button', {name: 'Samples'}).click();
+    await page.getByRole('group', {name: 'Samples'}).getByRole('button', {name: title, exact: true}).click();
+    await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+    await page.getByRole('button', {name: 'Step (.)'}).click();
+    await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  }
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('inverted tets are counted and glow crimson until they are cured', async () => {
   const page = await suite.open(small);
   await drop(page, 'mirrored.json', mirrored);

@@ -45,9 +45,12 @@ function scene_fields(store) {
   const body = name => `scene.bodies.${index}.${name}`;
   const log = (path, title, unit, min, max, meaning) => number_field(store, {path, title, unit, min, max, step: 'any', logarithmic: true, meaning, fallback: store.get(path)});
   const linear = (path, title, unit, min, max, step, meaning) => number_field(store, {path, title, unit, min, max, step, meaning, fallback: store.get(path)});
+  const stiff = (name, title, meaning) => scene.bodies[index]?.[`${name}_modulus`] === undefined
+    ? log(body(`${name}_stiffness`), `${title} stiffness`, 'N/m', 1, 1e9, `Of each spring ${meaning}`)
+    : log(body(`${name}_modulus`), `${title} modulus`, 'Pa', 1, 1e12, `Of the springs ${meaning} Times a cell’s size it is their stiffness.`);
   return [
-    log(body('edge_stiffness'), 'Edge stiffness', 'N/m', 1, 1e9, 'Of each spring along a cell edge; more keeps the shape, and needs smaller substeps.'),
-    log(body('diagonal_stiffness'), 'Diagonal stiffness', 'N/m', 1, 1e9, 'Of each spring across a cell; more resists shear.'),
+    stiff('edge', 'Edge', 'along a cell edge; more keeps the shape, and needs smaller substeps.'),
+    stiff('diagonal', 'Diagonal', 'across a cell; more resists shear.'),
     linear(body('damping'), 'Damping', 's', 0, 0.1, 0.001, 'Seconds: the force against a spring’s rate of change is stiffness times this.'),
     log(body('density'), 'Mass density', 'kg/m³', 1, 1e5, 'Mass of a cubic metre; water has 1000.'),
     linear(body('friction'), 'Friction', '', 0, 1.5, 0.05, 'Coulomb coefficient against what the body touches.'),

@@ -84,7 +84,13 @@ export function make_scene(template, bounds, options) {
   return {...scene, bodies: [...scene.bodies, ...structuredClone(bodies_after)]};
 }
 
-/// What POST /simulations takes: the model's id in place of "current".
-export function wire_scene(scene, model_id) {
-  return {...scene, bodies: scene.bodies.map(body => body.mesh === 'current' ? {...body, mesh: model_id} : body)};
+/// What POST /simulations takes: the model's id in place of "current", and what id_of knows in place of files.
+export function wire_scene(scene, model_id, id_of) {
+  const named = mesh => mesh === 'current' ? model_id : id_of(mesh);
+  return {...scene, bodies: scene.bodies.map(body => {
+    if (body.mesh) return {...body, mesh: named(body.mesh)};
+    const {mesh} = body.shape ?? {};
+    if (!mesh) return body;
+    return {...body, shape: {mesh: mesh.file ? {...mesh, file: named(mesh.file)} : named(mesh)}};
+  })};
 }

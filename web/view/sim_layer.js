@@ -25,6 +25,7 @@ export class SimLayer {
   set_bodies(bodies) {
     for (const view of this.bodies.values()) view.dispose();
     this.bodies.clear();
+    this.frame = null;  // of other bodies
     for (const body of bodies)
       this.bodies.set(body.id, body.type === 'deformable' ? new DeformableView(this, body) : new RigidView(this, body));
     let cells = 0;
@@ -44,6 +45,13 @@ export class SimLayer {
     this.frame = frame;
     for (const body of frame.bodies) this.bodies.get(body.id)?.set_frame(body, frame.metrics);
     this.viewport.invalidate();
+  }
+
+  /// Where the deformable bodies start.
+  bounds() {
+    const box = new THREE.Box3();
+    for (const {body} of this.views()) if (body.type === 'deformable') box.union(new THREE.Box3().setFromArray(body.rest_positions));
+    return box;
   }
 
   views() {

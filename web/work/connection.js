@@ -8,6 +8,7 @@ export function watch_server(app) {
   const notice = () => {
     if (lost) return;
     lost = true;
+    simulation.set_state('none');
     app.tell('server', 'server lost');
     app.report({code: 'server_lost', title: 'The server does not answer', detail: 'The server does not answer; your settings are kept.',
       hint: 'Start it again with server/run. The page rejoins by itself.'});

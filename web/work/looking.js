@@ -31,7 +31,7 @@ export class Looking extends EventTarget {
     meshing.addEventListener('geometry', () => this.show_geometry());
     meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update()));
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
-    simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.update()));
+    simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.place()));
     simulation.addEventListener('frame', once_a_frame(() => this.show_frame()));
     store.on(['view.layers', 'view.clip', 'view.explode', 'view.edges_only', 'view.color_by', 'view.voxel_color',
       'view.select', 'view.sim_look'], soon);
@@ -42,11 +42,12 @@ export class Looking extends EventTarget {
   place() {
     const scene = this.store.get('scene');
     const report = this.meshing.mesh?.report;
-    if (!scene || !report) return;
+    if (!scene || !report) return void this.update();
     const {viewport} = this;
     const body = scene.bodies.find(({mesh}) => mesh === 'current');
     const box = scene_bounds(scene);
     if (body) box.union(this.place_model(body, report.bounds));
+    else box.union(this.sim.bounds());  // meshes of files
     this.bodies_bounds = box;
     const {min, max} = with_ground(box, scene);
     viewport.set_bounds(min.toArray(), max.toArray());

@@ -51,6 +51,12 @@ export const opening = app => {
       const {preset} = app.samples.meshes.find(sample => sample.name === name) ?? {};
       return {...app.defaults, ...app.presets.find(known => known.name === preset)?.values};
     },
+    /// What the server knows the mesh of a scene's file by: that of a sample, or the open one.
+    mesh_of_file(path) {
+      const name = path.split('/').at(-1);
+      const sample = app.samples.meshes.find(({file}) => file.split('/').at(-1) === name);
+      return sample?.file ?? (meshing.mesh?.name === name ? meshing.mesh.id : path);
+    },
     apply_params(values, label) {
       store.set(param_changes({...app.defaults, ...values}), label);
     },

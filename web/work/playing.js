@@ -18,7 +18,7 @@ export const playing = app => {
     const scene = structuredClone(store.get('scene'));
     app.compiled = {scene, model: meshing.model.id};
     app.running = structuredClone(scene);
-    await simulation.create(wire_scene(scene, meshing.model.id), continuing);
+    await simulation.create(wire_scene(scene, meshing.model.id, app.mesh_of_file), continuing);
     simulation.speed = store.get('speed');
     if (simulation.speed !== 1) await simulation.patch({speed: simulation.speed});
   };
