@@ -98,9 +98,10 @@ void deformable(ObjectWriter& object, const BodyTopology& body) {
 void rigid(ObjectWriter& object, const BodyTopology& body) {
   object.key("shape") += encode_shape(body);
   object.member("scale", body.scale);
-  if (!body.model) return;
-  points<float>(object, "positions", body.model->soup->positions);
-  indices(object, "triangles", body.model->soup->triangles);
+  const TriangleSoup* soup = rigid_surface(body);
+  if (!soup) return;
+  points<double>(object, "rest_positions", soup->positions);
+  indices(object, "surface", soup->triangles);
 }
 
 template <class Write>

@@ -115,9 +115,10 @@ struct ShapeWriter {
 void append_rigid(ObjectWriter& object, const BodyTopology& body) {
   object.key("shape") += encode_shape(body);
   object.member("scale", body.scale);
-  if (!body.model) return;
-  append_points_as<double>(object.key("rest_positions"), body.model->soup->positions, false);
-  append_tuples(object.key("surface"), body.model->soup->triangles);
+  const TriangleSoup* soup = rigid_surface(body);
+  if (!soup) return;
+  append_points_as<double>(object.key("rest_positions"), soup->positions, false);
+  append_tuples(object.key("surface"), soup->triangles);
 }
 
 void append_metrics(std::string& out, const Metrics& m) {
@@ -185,6 +186,11 @@ std::string encode_metrics(const Metrics& metrics) {
   std::string out;
   append_metrics(out, metrics);
   return out;
+}
+
+const TriangleSoup* rigid_surface(const BodyTopology& body) {
+  const auto* made = body.shape ? std::get_if<ModelShape>(&*body.shape) : nullptr;
+  return made ? made->model->soup.get() : nullptr;
 }
 
 std::string encode_shape(const BodyTopology& body) {

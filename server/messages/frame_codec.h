@@ -56,6 +56,8 @@ std::string encode_plan(std::span<const PlannedPhase> plan);
 std::string encode_metrics(const Metrics& metrics);
 /// {"sphere":{"radius":0.5}}, as in scenes.
 std::string encode_shape(const BodyTopology& body);
+/// The triangles of a rigid body that is a mesh, in its own frame; nullptr for other shapes.
+const TriangleSoup* rigid_surface(const BodyTopology& body);
 /// The mesh that a deformable body was made from, bound to its tets; null without one.
 std::string encode_embedded(const BodyTopology& body);
 /// [{"id","name","type",…}, …]: tets, cells and surface as nested numbers; rest_positions and masses in

@@ -116,6 +116,12 @@ test('sample scenes with meshes, joints and lattices open and take a step, one a
     await page.getByRole('button', {name: 'Step (.)'}).click();
     await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
   }
+  const torus = await page.evaluate(async () => {
+    const {simulations} = await (await fetch('./api/v1/simulations')).json();
+    const {bodies} = await (await fetch(simulations.at(-1).topology)).json();
+    return bodies.find(({name}) => name === 'torus');
+  });
+  assert.deepEqual(torus.surface.shape, [2304, 3], 'the mesh of a rigid body is there to be seen');
   no_complaints(page);
   await page.context().close();
 });

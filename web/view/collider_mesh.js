@@ -67,7 +67,7 @@ export function collider_mesh(body) {
   for (const name of ['normal', 'uv']) made.deleteAttribute(name);
   made.setAttribute('value', new THREE.BufferAttribute(new Float32Array(made.attributes.position.count), 1));
   const mesh = new THREE.Mesh(made, solid_material({color: '#6f86a6', edges: 0}));
-  if (kind !== 'mesh') mesh.scale.setScalar(body.scale ?? 1);
+  mesh.scale.setScalar(body.scale ?? 1);
   return mesh;
 }
 
