@@ -90,7 +90,7 @@ ISOCHOR_MULTIVERSION void eight_distances(const double (*x)[8], const Vec3& p, d
     const double height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
     const double plane = height * height / (area2 > 0.0 ? area2 : 1.0);
     const double least_side = std::min(e0.side, std::min(e1.side, e2.side));
-    out[l] = (least_side >= 0.0) & (area2 > 0.0) ? std::min(plane, edges) : edges;
+    out[l] = ((least_side >= 0.0) & (area2 > 0.0)) ? std::min(plane, edges) : edges;
   }
 }
 

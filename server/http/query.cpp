@@ -25,6 +25,17 @@ std::optional<T> parse(std::string_view text) {
 
 }  // namespace
 
+void check_query(const Request& request, std::span<const QuerySpec> known) {
+  for (const auto& [name, value] : request.query) {
+    if (std::ranges::count(request.query, name, &Fields::value_type::first) > 1)
+      fault(name, "stands there twice");
+    if (std::ranges::find(known, name, &QuerySpec::name) != known.end()) continue;
+    std::string names;
+    for (const QuerySpec& one : known) names += (names.empty() ? "" : ", ") + std::string(one.name);
+    fault(name, names.empty() ? "is not known here: there is none" : "is not known here; known are " + names);
+  }
+}
+
 std::int64_t query_integer(const Request& request, std::string_view name, std::int64_t fallback,
                            std::int64_t min, std::int64_t max) {
   const std::string* text = request.parameter(name);

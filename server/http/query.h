@@ -1,12 +1,18 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "core/common/types.h"
 #include "server/http/message.h"
+#include "server/http/router.h"
 
 namespace isochor {
+
+/// Throws invalid_argument where a name stands in the query that the route does not know, or stands there
+/// twice.
+void check_query(const Request& request, std::span<const QuerySpec> known);
 
 /// Values of a request's query, checked; a faulty one throws invalid_argument with the pointer "?name".
 std::int64_t query_integer(const Request& request, std::string_view name, std::int64_t fallback,

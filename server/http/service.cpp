@@ -4,6 +4,7 @@
 #include <new>
 
 #include "server/http/http_library.h"
+#include "server/http/query.h"
 #include "server/messages/request_messages.h"
 #include "server/problem.h"
 #include "server/store/catalog.h"
@@ -150,7 +151,10 @@ std::variant<Admission, Response> Service::admit(std::string_view text) const {
 
 Response Service::answer(const Admission& admission) const {
   const Request& request = admission.request;
-  Response response = *catching([&] { return std::optional(admission.route->handler(request)); });
+  Response response = *catching([&] {
+    if (admission.route != &fallback_) check_query(request, admission.route->query);
+    return std::optional(admission.route->handler(request));
+  });
   // Elsewhere browsers ignore it, and warn.
   if (has_trustworthy_origin(request))
     response.headers.emplace_back("Cross-Origin-Opener-Policy", "same-origin");

@@ -153,6 +153,21 @@ TEST_F(Resources, FaultyParametersAreListedWithTheirRanges) {
   EXPECT_EQ(client_.send_json("POST", "/api/v1/models", {{"mesh_id", "m0"}}).status, 404);
 }
 
+TEST_F(Resources, AQueryNamesWhatTheRouteKnowsOnce) {
+  const auto first_error = [&](const std::string& path) {
+    const HttpResponse response = client_.get(path);
+    EXPECT_EQ(response.status, 422) << path;
+    return response.json()["errors"][0];
+  };
+  const std::string job =
+      client_.send_json("POST", "/api/v1/models", {{"mesh_id", upload("cube")}}).json()["id"];
+  const json mistyped = first_error("/api/v1/jobs/" + job + "?wait=100");
+  EXPECT_EQ(mistyped["pointer"], "?wait");
+  EXPECT_EQ(mistyped["detail"], "is not known here; known are wait_ms");
+  EXPECT_EQ(first_error("/api/v1/jobs/" + job + "?wait_ms=1&wait_ms=2")["pointer"], "?wait_ms");
+  EXPECT_EQ(first_error("/api/v1/meshes?a")["pointer"], "?a");
+}
+
 TEST_F(Resources, MalformedJsonIsNamed) {
   const auto post = [&](const std::string& body) {
     return client_.send("POST", "/api/v1/models", body, {{"Content-Type", "application/json"}});
