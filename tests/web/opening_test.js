@@ -27,6 +27,25 @@ test('a dropped mesh becomes a model, and its report counts what is wrong', asyn
   await page.context().close();
 });
 
+test('of two meshes dropped at once the last one stays, and one step back is what was before both', async () => {
+  const page = await suite.open();
+  const tree = await tets(page);
+  await page.route('**/meshes?name=slow.obj', async route => {
+    await new Promise(resolve => setTimeout(resolve, 500));
+    await route.continue();
+  });
+  const answered = page.waitForResponse('**/meshes?name=slow.obj');
+  await drop(page, 'slow.obj', open_cube.replace('v 0 0 0', 'v 0 0 -2'));
+  await drop(page, 'cube.obj', cube);
+  await (await answered).finished();
+  await eventually(() => tets(page), n => n !== tree, 'the model of the cube');
+  assert.equal(await page.locator('.mesh-name').textContent(), 'cube');
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(() => tets(page), n => n === tree, 'the tree again');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('units, up axis and fit place the body in the world', async () => {
   const page = await suite.open();
   await choose(page, 'cube.obj', cube);

@@ -33,17 +33,24 @@ export class Meshing extends EventTarget {
     return sample ? this.sample === sample : Boolean(id) && this.mesh?.id === id;
   }
 
-  /// The sample, the file of a person, or the known mesh.
+  /// The sample, the file of a person, or the known mesh; given up when another is opened meanwhile.
   async open({sample = null, id, file}) {
+    const turn = this.turn = Symbol('open');
+    const give_way = () => {
+      if (this.turn !== turn) throw new DOMException('Another mesh is opened', 'AbortError');
+    };
     this.opening = true;
     this.abort?.abort();
-    const mesh = await this.fetch_mesh({sample, id, file}).finally(() => this.opening = false);
+    const mesh = await this.fetch_mesh({sample, id, file}).finally(() => this.opening = this.turn !== turn);
+    give_way();
     Object.assign(this, {mesh, sample, made_with: null});
     this.model = this.cells = this.voxels = null;
     const geometry = load(this.client, `/meshes/${mesh.id}/geometry`);
     this.request(false);
     this.tell('mesh');
-    this.geometry = await geometry;
+    const shape = await geometry;
+    give_way();
+    this.geometry = shape;
     this.tell('geometry');
   }
 

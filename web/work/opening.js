@@ -77,8 +77,8 @@ const of_a_mesh = ['mesh', 'params', 'template', 'scene', 'view.camera', 'view.s
 
 async function replace_mesh(app, mesh, params, source) {
   const {store, meshing} = app;
-  const first = !meshing.mesh;
-  const before = Object.fromEntries(of_a_mesh.map(path => [path, copy(store.get(path))]));
+  const first = !meshing.mesh, turn = app.turn = Symbol(mesh.name);
+  const before = app.before_opening ??= Object.fromEntries(of_a_mesh.map(path => [path, copy(store.get(path))]));
   const adopt = changes => {
     app.restoring = meshing.opening = true;
     store.adopt(changes);
@@ -90,7 +90,10 @@ async function replace_mesh(app, mesh, params, source) {
   adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, template,
     mesh: {...default_state.mesh, ...mesh}, params});
   app.refit = true;
-  if (await app.open(source)) {
+  const opened = await app.open(source);
+  if (app.turn !== turn) return;  // another is on its way
+  app.before_opening = null;
+  if (opened) {
     if (!first) store.remember(before, `open ${mesh.name}`);
   } else if (app.refit) {
     adopt(before);
