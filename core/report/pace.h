@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <optional>
 
 #include "core/report/scene_settings.h"
 
@@ -16,21 +15,26 @@ class Pace {
   void expect(const SceneSettings& settings, int runs) { left(settings) += runs * work(settings); }
   void leave_out(const SceneSettings& settings, int runs) { left(settings) -= runs * work(settings); }
   /// Share of the whole that is done, when a run has done this share of its frames in these seconds.
-  double fraction(const SceneSettings& settings, double share, double seconds);
+  double fraction(const SceneSettings& settings, double share, double seconds) const;
   void end_run(const SceneSettings& settings, double seconds);
 
  private:
   double work(const SceneSettings& settings) const;
-  double& left(const SceneSettings& settings) { return left_[static_cast<std::size_t>(settings.solver)]; }
-  std::optional<double>& rate(const SceneSettings& settings) {
-    return rates_[static_cast<std::size_t>(settings.solver)];
+  double& left(const SceneSettings& settings) {
+    return solvers_[static_cast<std::size_t>(settings.solver)].left;
   }
-  double seconds_left() const;
+
+  struct OfSolver {
+    double left = 0.0, done = 0.0;  ///< work
+    double seconds = 0.0;           ///< that the work done took
+  };
+  using Solvers = std::array<OfSolver, 3>;
+  static double seconds_left(const Solvers& solvers);
+  /// After a share of a run that takes these seconds.
+  Solvers after(const SceneSettings& settings, double share, double seconds) const;
 
   int needed_substeps_;
-  double spent_ = 0.0;                               ///< seconds
-  std::array<double, 3> left_{};                     ///< work to come, by solver
-  std::array<std::optional<double>, 3> rates_ = {};  ///< seconds a unit of work, by solver, as last seen
+  Solvers solvers_{};
 };
 
 }  // namespace isochor
