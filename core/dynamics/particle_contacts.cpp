@@ -270,8 +270,9 @@ void ParticleContacts::take_forces(double scale) {
   }
 }
 
-bool ParticleContacts::update(const SoftBody& body, bool may_release, double friction_change) {
+bool ParticleContacts::update(const SoftBody& body, bool may_release) {
   bool changed = false;
+  double rubbed = 0.0, limits = 0.0;  // of friction
   take_forces();
   for (std::size_t b = 0; b < blocked_.size(); ++b) {
     const std::int32_t i = blocked_[b].particle;
@@ -282,9 +283,14 @@ bool ParticleContacts::update(const SoftBody& body, bool may_release, double fri
       changed = true;
       continue;
     }
-    changed |= rub(body, contact, reaction, friction_change);
+    const double coefficient = mean_friction(contact);
+    if (coefficient == 0.0) continue;
+    const Vec3 tangential = basis_of(contact).tangential(reaction);
+    const double limit = coefficient * (reaction - tangential).norm();
+    limits += limit;
+    rubbed += rub(body, contact, tangential, limit);
   }
-  return changed;
+  return changed || rubbed > friction_tolerance * limits;
 }
 
 // The plane with the most negative N_k lets go.
@@ -305,27 +311,24 @@ bool ParticleContacts::release(Contact& contact, const Vec3& reaction) {
 // Coulomb's cone |t| ≤ μN. A sticking particle whose reaction leaves it is torn off. A slipping one gets the
 // friction that would have held it, t − m·slip, cut to the cone (projected Jacobi; m is at most the mass that
 // the slip moves, so this never overshoots); within the cone it sticks, unless it was torn off before.
-bool ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& reaction,
-                           double friction_change) {
-  const double coefficient = mean_friction(contact);
-  if (coefficient == 0.0) return false;
-  const Basis basis = basis_of(contact);
-  const std::int32_t i = contact.particle;
-  const Vec3 tangential = basis.tangential(reaction);
-  const double pressure = (reaction - tangential).norm(), limit = coefficient * pressure;
+// Returns by how much the friction has changed.
+double ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3& tangential, double limit) {
   if (contact.sticking) {
-    contact.friction = clamp_to_cone(tangential, coefficient, pressure);
-    if (tangential.norm() <= limit * (1.0 + friction_tolerance)) return false;
+    contact.friction = clamp_to_cone(tangential, 1.0, limit);
+    if (tangential.norm() <= limit * (1.0 + friction_tolerance)) return 0.0;
     contact.sticking = false;
-    return contact.torn = contact.moved = true;
+    contact.torn = contact.moved = true;
+    return tangential.norm() - limit;
   }
-  const Vec3 slip = basis.tangential(body.positions.at(i) - body.start_positions.at(i) - mean_shift(contact));
+  const std::int32_t i = contact.particle;
+  const Vec3 slip =
+      basis_of(contact).tangential(body.positions.at(i) - body.start_positions.at(i) - mean_shift(contact));
   const Vec3 holding = contact.friction - carriers_.friction_share(contact) * body.masses[i] * slip;
   const Vec3 before = contact.friction;
-  contact.friction = clamp_to_cone(holding, coefficient, pressure);
+  contact.friction = clamp_to_cone(holding, 1.0, limit);
   contact.sticking = !contact.torn && holding.norm() < limit;
   contact.moved = true;
-  return contact.sticking || (contact.friction - before).norm() > friction_change * limit;
+  return (contact.friction - before).norm();
 }
 
 std::span<const DueWrench> ParticleContacts::bounce(SoftBody& body, double h) {

@@ -73,9 +73,9 @@ class ParticleContacts {
   Vec3 respond(const SoftBody& body, std::int32_t particle, const Vec3& force) const;
   /// Forces from elsewhere have moved x̂ of a particle.
   void shift(std::int32_t particle, const Vec3& by) { predicted_.add(particle, by); }
-  /// Does so, and judges by them. True when a contact was released or torn off, or friction has
-  /// changed by more than this part of its limit.
-  bool update(const SoftBody& body, bool may_release, double friction_change);
+  /// Does so, and judges by them. True when a contact was released, or friction_tolerance of all friction
+  /// together has changed.
+  bool update(const SoftBody& body, bool may_release);
 
   /// v_n = −e·(approach) for the contacts that press [after Bender & Schmitt 2006]. Returns what the bodies
   /// of begin() are due for it, kg m/s.
@@ -113,7 +113,7 @@ class ParticleContacts {
   Vec3 target(const SoftBody& body, const Contact& contact) const;
   Vec3 reaction(const SoftBody& body, const Contact& contact) const;
   bool release(Contact& contact, const Vec3& reaction);
-  bool rub(const SoftBody& body, Contact& contact, const Vec3& reaction, double friction_change);
+  double rub(const SoftBody& body, Contact& contact, const Vec3& tangential, double limit);
 
   Coordinates predicted_;
   ContactCarriers carriers_;

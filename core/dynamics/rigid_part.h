@@ -7,6 +7,8 @@ namespace isochor {
 /// a rest without linear or angular momentum.
 struct RigidPart {
   Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  ///< m, m/s, 1/s
+
+  Vec3 velocity_at(const Vec3& x) const { return velocity + angular_velocity.cross(x - center); }
 };
 
 /// Σ m r × v about the centre of x, divided by the inertia of x; axes about which there is none do not turn.

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "core/collision/contact_response.h"
 #include "core/dynamics/inversion.h"
 #include "core/scene/detect_contacts.h"
 #include "core/scene/substep.h"
@@ -12,10 +11,6 @@ namespace {
 /// What friction still lacks then, the next substep starts from.
 constexpr int max_contact_rounds = 14;
 constexpr int release_rounds = 4;
-/// Friction that has changed is put right in the first round, later only by more than a quarter of its limit:
-/// the rest goes over to the next substep. Left to it altogether, impacts at 100 m/s gain energy.
-constexpr int friction_rounds = 1;
-constexpr double late_friction_tolerance = 0.25;
 /// Largest cell error while the set changes: forces are known to a few per cent then, enough to judge by.
 constexpr double rough_tolerance = 1e-3;
 /// Distance from its anchor that a substep leaves an attached particle, in cells.
@@ -102,9 +97,7 @@ bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
       if (soft.pressed_implicitly)  // friction and release stand already
         contacts.take_forces();
       else
-        changed = contacts.update(soft.body, round <= release_rounds,
-                                  round <= friction_rounds ? friction_tolerance : late_friction_tolerance) &&
-                  round <= release_rounds;
+        changed = contacts.update(soft.body, round <= release_rounds) && round <= release_rounds;
     });
     answer(step, soft);
   }

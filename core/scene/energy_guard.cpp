@@ -7,12 +7,12 @@
 namespace isochor {
 namespace {
 
+constexpr double round_off = 1e-9;
+
 /// v becomes v_rigid + s·(v − v_rigid), s so that the energy falls by the excess, or as far as that goes.
 /// Returns by how much.
 double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
-  const auto rigid = [&](std::size_t i) {
-    return Vec3(motion.velocity + motion.angular_velocity.cross(body.positions.at(i) - motion.center));
-  };
+  const auto rigid = [&](std::size_t i) { return motion.velocity_at(body.positions.at(i)); };
   double energy = 0.0;
   for (std::size_t i = 0; i < body.size(); ++i)
     energy += 0.5 * body.masses[i] * (body.velocities.at(i) - rigid(i)).squaredNorm();
@@ -86,15 +86,27 @@ void hold_collision_energy(World& world) {
           damp_about(rigid_part(soft.body, soft.body.positions, soft.body.velocities), excess, soft.body);
 }
 
-void hold_energy(const World& world, SceneSoftBody& soft) {
+bool hold_energy(const World& world, SceneSoftBody& soft) {
   const auto allowed = allowed_energy(world, soft);
-  if (!allowed) return;
+  if (!allowed) return true;
   SoftBody& body = soft.body;
-  double excess = total_energy(body, world.scene.gravity) - *allowed;
-  if (!(excess > 0.0)) return;
+  const double all = total_energy(body, world.scene.gravity) - *allowed;
+  double excess = all;
+  if (!(excess > 0.0)) return true;
   const bool free = !body.has_pins && (!soft.contacts || soft.contacts->empty());
   if (!body.has_pins) excess -= damp_about(rigid_part(body, body.positions, body.velocities), excess, body);
-  if (!free && excess > 0.0) damp_about(RigidPart{}, excess, body);
+  if (!free && excess > 0.0) excess -= damp_about(RigidPart{}, excess, body);
+  return excess <= round_off * all;
+}
+
+void halt(SceneSoftBody& soft) {
+  SoftBody& body = soft.body;
+  restore_start(body);
+  soft.inverted = soft.forces_valid = false;
+  const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (body.inverse_masses[i] > 0.0)
+      body.velocities.set(i, 0.5 * (body.velocities.at(i) + motion.velocity_at(body.positions.at(i))));
 }
 
 }  // namespace isochor

@@ -1,4 +1,3 @@
-#include "core/collision/contact_response.h"
 #include "core/scene/detect_contacts.h"
 #include "core/scene/substep.h"
 
@@ -15,7 +14,7 @@ bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
   for (int round = 0; round < most_rounds; ++round) {
     bool changed = false;
     phases.run(Phase::contacts, [&] {
-      if (round > 0 && round <= judging_rounds) changed = contacts.update(body, true, friction_tolerance);
+      if (round > 0 && round <= judging_rounds) changed = contacts.update(body, true);
       changed |= follow_attachments(step.world, soft);
       changed |= detect_contacts(body, step.world.rigid, step.h, contacts);
       if (changed) contacts.place(body);

@@ -26,8 +26,8 @@ std::int64_t bytes_of(const Coordinates& c) {
   return static_cast<std::int64_t>(3 * c.size() * sizeof(double));
 }
 
-/// Without edges a stretch at constant volume holds next to no energy, and its swing by (hω)²/4 shows: to 1.09
-/// of what it was at the edge of stability, to 1.06 at half of (hω)², to 1.03 at a fifth.
+/// Without edges a stretch at constant volume holds next to no energy, and its swing by (hω)²/4 shows:
+/// to 1.09 of what it was at the edge of stability, to 1.06 at half of (hω)², to 1.03 at a fifth.
 constexpr double diagonals_alone = 5.0;
 
 /// Substeps a frame that symplectic Euler needs for this body.

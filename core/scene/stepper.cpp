@@ -198,7 +198,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
-  if (soft.recovered) hold_energy(world_, soft);
+  if (soft.recovered && !hold_energy(world_, soft) && !soft.began_inverted) halt(soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;
   if (!is_in_free_flight(soft))  // moving bodies may have put energy in

@@ -76,7 +76,9 @@ bool keep_ledger(const World& world, SceneSoftBody& soft);
 /// taken from their deformation, which carries no momentum.
 void hold_collision_energy(World& world);
 /// Recovery must not add energy: slows down the body's deformation until it has what it is allowed; in
-/// contact, where momentum is not its own, all of its motion.
-void hold_energy(const World& world, SceneSoftBody& soft);
+/// contact, where momentum is not its own, all of its motion. False where its springs alone hold more.
+bool hold_energy(const World& world, SceneSoftBody& soft);
+/// A substep of no use: the body stays where it was, in half of its deformation's motion.
+void halt(SceneSoftBody& soft);
 
 }  // namespace isochor
