@@ -114,9 +114,10 @@ struct StencilKernels {
   void (*assemble)(const Cells& cells, Gradients gradients, Stencil stencil);
   /// scale = √(reference/diagonal), 0 where the diagonal is not above smallest·reference.
   void (*set_scale)(Runs runs, const float* diagonal, const float* reference, float smallest, float* scale);
-  /// residual = −errors where there is a scale, solution = 0, scaled = scale·residual.
-  void (*start)(Runs runs, const double* errors, const float* scale, float* solution, float* residual,
-                float* scaled);
+  /// residual = −errors where there is a scale, solution = 0, scaled = scale·residual; returns max
+  /// |residual|.
+  float (*start)(Runs runs, const double* errors, const float* scale, float* solution, float* residual,
+                 float* scaled);
   /// image = A·z, products[i] = image·earlier.at[i].preconditioned.
   void (*apply)(Runs runs, Strides strides, Stencil stencil, const float* z, float* image,
                 const EarlierDirections& earlier, double* products);

@@ -108,8 +108,9 @@ void set_scale(Runs runs, const float* diagonal, const float* reference, float s
     }
 }
 
-void start(Runs runs, const double* errors, const float* scale, float* solution, float* residual,
-           float* scaled) {
+float start(Runs runs, const double* errors, const float* scale, float* solution, float* residual,
+            float* scaled) {
+  Floats worst{};
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
       const Floats factor = load(scale + s);
@@ -118,7 +119,9 @@ void start(Runs runs, const double* errors, const float* scale, float* solution,
       store(solution + s, Floats{});
       store(residual + s, rest);
       store(scaled + s, factor * rest);
+      worst = maximum(worst, absolute(rest));
     }
+  return largest(worst);
 }
 
 void apply(Runs runs, Strides strides, Stencil stencil, const float* z, float* image,
@@ -158,8 +161,9 @@ Products precondition(Runs runs, Direction direction, const float* scale, const 
   Floats with_itself{}, with_residual{};
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
-      const Floats image = load(direction.image + s);
-      const Floats scaled = load(scale + s) * load(direction.preconditioned + s);
+      const Floats image = load(direction.image + s), factor = load(scale + s);
+      // Not 0·∞ where there is no cell: a solve that overflowed would spoil all that follow.
+      const Floats scaled = factor > 0.0F ? factor * load(direction.preconditioned + s) : Floats{};
       store(direction.preconditioned + s, scaled);
       with_itself += image * scaled;
       with_residual += image * load(z + s);

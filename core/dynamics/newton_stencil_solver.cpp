@@ -131,25 +131,29 @@ float StencilSolver::advance(float alpha, const Direction& direction) {
     partial_[i].worst = stencil_kernels().advance(as_runs(slab.cells), alpha, direction, solution_.data(),
                                                   residual_.data(), z_.data());
   });
+  return worst_partial();
+}
+
+float StencilSolver::worst_partial() const {
   float worst = 0.0F;
   for (const Partial& partial : partial_) worst = std::max(worst, partial.worst);
   return worst;
 }
 
-/// residual = −errors, z = P·residual, solution = 0.
-void StencilSolver::start(const double* errors) {
-  layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
-    stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(), solution_.data(), residual_.data(),
-                            scaled_.data());
+/// residual = −errors, z = P·residual, solution = 0. Returns the largest residual.
+float StencilSolver::start(const double* errors) {
+  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
+    partial_[i].worst = stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(), solution_.data(),
+                                                residual_.data(), scaled_.data());
   });
   precondition({nullptr, residual_.data(), z_.data()});
+  return worst_partial();
 }
 
 int StencilSolver::solve(const double* errors, double tolerance, int most_iterations) {
   // Slow progress is no reason to stop, but none at all is: then the rows contradict each other.
   constexpr int patience = 100;
-  start(errors);
-  float worst = advance(0.0F, direction(0));
+  float worst = start(errors);
   const auto goal = static_cast<float>(tolerance) * worst;
   float best = worst;
   EarlierDirections earlier{};

@@ -52,11 +52,12 @@ class StencilSolver {
     float worst = 0.0F;
   };
   Direction direction(int i) const;
-  void start(const double* errors);
+  float start(const double* errors);
   void apply(const EarlierDirections& earlier, float* image, double* products);
   void apply_carriers(const EarlierDirections& earlier, float* image, double* products);
   Products precondition(const Direction& direction);
   float advance(float alpha, const Direction& direction);
+  float worst_partial() const;
 
   const LatticeLayout& layout_;
   Stencil stencil_{};

@@ -377,6 +377,11 @@ Vec3 ParticleContacts::push(const SoftBody& body) const {
   return sum;
 }
 
+bool ParticleContacts::on_the_move() const {
+  return std::ranges::any_of(particles_,
+                             [](const Contact& contact) { return !mean_shift(contact).isZero(0.0); });
+}
+
 double ParticleContacts::work(const SoftBody& body) const {
   double sum = 0.0;
   for (const Contact& contact : particles_)

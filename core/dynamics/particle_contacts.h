@@ -90,6 +90,8 @@ class ParticleContacts {
   /// What moving surfaces have done on the particles in this substep: the reactions by the shifts of the
   /// surfaces, J.
   double work(const SoftBody& body) const;
+  /// A surface in contact moves in this substep.
+  bool on_the_move() const;
 
   std::int64_t bytes() const;
 

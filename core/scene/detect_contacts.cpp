@@ -102,12 +102,17 @@ class RigidSweep {
     return plane;
   }
 
-  // Inside at the end, the nearest surface counts, unless it is the far side of what the path went into.
+  // Inside at the end, the nearest surface counts, unless it is the far side of what the path went into. From
+  // the surface itself no path enters: what starts there and comes out behind is held where it started.
   bool entry(const Vec3& start, const Vec3& end, const SurfaceQuery& at_end, Vec3& point,
              Vec3& normal) const {
     const auto take = [&](const Vec3& p, const Vec3& n) { point = p, normal = n; };
     const auto hit = shape_.sweep(start, end);
-    if (!hit && at_end.distance >= 0.0) return false;
+    if (!hit && at_end.distance >= 0.0) {
+      const SurfaceQuery at_start = shape_.query(start);
+      take(start, at_start.normal);
+      return std::abs(at_start.distance) <= slop_ && normal.dot(end - start) < -slop_;
+    }
     if (hit && (at_end.distance >= 0.0 || hit->normal.dot(at_end.normal) < same_side)) {
       take(start + hit->fraction * (end - start), hit->normal);
       return true;

@@ -7,6 +7,7 @@
 namespace isochor {
 namespace {
 
+constexpr double swing = 0.02;  ///< of the energy of symplectic steps
 constexpr double round_off = 1e-9;
 
 /// v becomes v_rigid + s·(v − v_rigid), s so that the energy falls by the excess, or as far as that goes.
@@ -67,7 +68,6 @@ bool keep_ledger(const World& world, SceneSoftBody& soft) {
 }
 
 void hold_collision_energy(World& world) {
-  constexpr double margin = 0.02;  // symplectic steps swing by as much
   const Vec3& gravity = world.scene.gravity;
   double excess = 0.0, inside = 0.0;
   for (const SceneSoftBody& soft : world.soft) {
@@ -79,7 +79,7 @@ void hold_collision_energy(World& world) {
     excess += energy - start_energy(body, gravity) - std::max(work, 0.0);
     inside += energy - gravity_energy(body, gravity);
   }
-  if (!(excess > margin * inside)) return;
+  if (!(excess > swing * inside)) return;
   for (SceneSoftBody& soft : world.soft)
     if (soft.touched && !soft.body.has_pins && excess > 0.0)
       excess -=
@@ -90,13 +90,19 @@ bool hold_energy(const World& world, SceneSoftBody& soft) {
   const auto allowed = allowed_energy(world, soft);
   if (!allowed) return true;
   SoftBody& body = soft.body;
-  const double all = total_energy(body, world.scene.gravity) - *allowed;
+  const Vec3& gravity = world.scene.gravity;
+  const double energy = total_energy(body, gravity), all = energy - *allowed;
+  if (!(all > (soft.recovered ? 0.0 : swing * (energy - gravity_energy(body, gravity))))) return true;
   double excess = all;
-  if (!(excess > 0.0)) return true;
   const bool free = !body.has_pins && (!soft.contacts || soft.contacts->empty());
   if (!body.has_pins) excess -= damp_about(rigid_part(body, body.positions, body.velocities), excess, body);
   if (!free && excess > 0.0) excess -= damp_about(RigidPart{}, excess, body);
   return excess <= round_off * all;
+}
+
+bool may_halt(const World& world, const SceneSoftBody& soft) {
+  return !soft.began_inverted && !soft.implicit && !is_driven(world, soft) &&
+         !(soft.contacts && soft.contacts->on_the_move());
 }
 
 void halt(SceneSoftBody& soft) {

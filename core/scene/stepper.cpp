@@ -198,7 +198,10 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
-  if (soft.recovered && !hold_energy(world_, soft) && !soft.began_inverted) halt(soft);
+  // Implicit steps in contact are judged before (gains_energy).
+  const bool in_contact = !soft.implicit && soft.contacts && !soft.contacts->empty();
+  const bool held = !(soft.recovered || in_contact) || hold_energy(world_, soft);
+  if ((!held || soft.inverted) && may_halt(world_, soft)) halt(soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;
   if (!is_in_free_flight(soft))  // moving bodies may have put energy in

@@ -78,7 +78,9 @@ void hold_collision_energy(World& world);
 /// Recovery must not add energy: slows down the body's deformation until it has what it is allowed; in
 /// contact, where momentum is not its own, all of its motion. False where its springs alone hold more.
 bool hold_energy(const World& world, SceneSoftBody& soft);
-/// A substep of no use: the body stays where it was, in half of its deformation's motion.
+/// A substep of no use, that ends inverted or with energy from nowhere: the body stays where it was, in half
+/// of its deformation's motion. Only where nothing moves it that would go through it.
+bool may_halt(const World& world, const SceneSoftBody& soft);
 void halt(SceneSoftBody& soft);
 
 }  // namespace isochor
