@@ -31,6 +31,10 @@ bool is_held_or_dragged(const World& world, const SceneSoftBody& soft) {
          (world.grab && world.grab->body == soft.id);
 }
 
+bool is_free(const SceneSoftBody& soft) {
+  return !soft.body.has_pins && (!soft.contacts || soft.contacts->empty());
+}
+
 bool is_driven(const World& world, const SceneSoftBody& soft) {
   return soft.touched || is_held_or_dragged(world, soft);
 }
@@ -94,14 +98,13 @@ bool hold_energy(const World& world, SceneSoftBody& soft) {
   const double energy = total_energy(body, gravity), all = energy - *allowed;
   if (!(all > (soft.recovered ? 0.0 : swing * (energy - gravity_energy(body, gravity))))) return true;
   double excess = all;
-  const bool free = !body.has_pins && (!soft.contacts || soft.contacts->empty());
   if (!body.has_pins) excess -= damp_about(rigid_part(body, body.positions, body.velocities), excess, body);
-  if (!free && excess > 0.0) excess -= damp_about(RigidPart{}, excess, body);
+  if (!is_free(soft) && excess > 0.0) excess -= damp_about(RigidPart{}, excess, body);
   return excess <= round_off * all;
 }
 
 bool may_halt(const World& world, const SceneSoftBody& soft) {
-  return !soft.began_inverted && !soft.implicit && !is_driven(world, soft) &&
+  return !soft.began_inverted && !is_driven(world, soft) && world.massive.empty() &&
          !(soft.contacts && soft.contacts->on_the_move());
 }
 
@@ -109,7 +112,7 @@ void halt(SceneSoftBody& soft) {
   SoftBody& body = soft.body;
   restore_start(body);
   soft.inverted = soft.forces_valid = false;
-  const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
+  const RigidPart motion = is_free(soft) ? rigid_part(body, body.positions, body.velocities) : RigidPart{};
   for (std::size_t i = 0; i < body.size(); ++i)
     if (body.inverse_masses[i] > 0.0)
       body.velocities.set(i, 0.5 * (body.velocities.at(i) + motion.velocity_at(body.positions.at(i))));

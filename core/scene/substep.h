@@ -79,7 +79,8 @@ void hold_collision_energy(World& world);
 /// contact, where momentum is not its own, all of its motion. False where its springs alone hold more.
 bool hold_energy(const World& world, SceneSoftBody& soft);
 /// A substep of no use, that ends inverted or with energy from nowhere: the body stays where it was, in half
-/// of its deformation's motion. Only where nothing moves it that would go through it.
+/// of its deformation's motion; in contact, of all its motion. Only where no surface moves that would go
+/// through it or take its momentum.
 bool may_halt(const World& world, const SceneSoftBody& soft);
 void halt(SceneSoftBody& soft);
 
