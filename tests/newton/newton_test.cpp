@@ -309,6 +309,8 @@ TEST(Newton, SurvivesAnyNumbers) {
     for (std::size_t i = 0; i < points.size(); ++i)
       EXPECT_TRUE(points.at(i).allFinite()) << scale.transpose();
   }
+  Coordinates squashed = transformed(body, squash(0.9));  // what overflowed before must not stay
+  EXPECT_TRUE(projector->project({.start = &start}, squashed).converged);
 }
 
 TEST(Newton, MeetsOneConstraintATet) {
