@@ -16,6 +16,8 @@ constexpr double rough_tolerance = 1e-3;
 /// Distance from its anchor that a substep leaves an attached particle, in cells.
 constexpr double attachment_slop = 1e-7;
 constexpr int max_lift_rounds = 10;
+/// Cells that lifts may move a particle from where it would have gone alone.
+constexpr double far_away = 2.0;
 constexpr int max_recovery_rounds = 30;
 
 ProjectionRequest make_request(const World& world, SceneSoftBody& soft) {
@@ -64,6 +66,16 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
 void find_inverted(const Substep& step, SceneSoftBody& soft) {
   step.world.phases.run(Phase::inversion,
                         [&] { soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions); });
+}
+
+/// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame.
+bool throws_a_particle(const Substep& step, const SoftBody& body) {
+  const double farthest = far_away * body.cell_size;
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 moved = body.positions.at(i) - body.start_positions.at(i);
+    if (!((moved - step.h * body.velocities.at(i)).norm() <= farthest)) return true;
+  }
+  return false;
 }
 
 /// Lifts inverted tets, each time followed by contacts and volume; what then still is, the stepper halves the
@@ -173,7 +185,9 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
                          : project(step, soft, make_request(step.world, soft));
   };
   soft.projection = meet();
-  lift_inverted(step, soft, [&] { soft.projection = meet(); });
+  const bool lifted = lift_inverted(step, soft, [&] { soft.projection = meet(); });
+  // No cure: to be halved, or to halt.
+  if (lifted && !soft.inverted) soft.inverted = throws_a_particle(step, soft.body);
   // What the projection had to move against stiff springs.
   if (soft.pressed_implicitly && step.may_halve) soft.unbalanced = gains_energy(step, soft);
 }
