@@ -108,8 +108,10 @@ bool may_halt(const World& world, const SceneSoftBody& soft) {
          !(soft.contacts && soft.contacts->on_the_move());
 }
 
-void halt(SceneSoftBody& soft) {
+void halt(const Substep& step, SceneSoftBody& soft) {
   SoftBody& body = soft.body;
+  if (!soft.recovered) ++step.stats.recoveries;
+  soft.recovered = true;
   restore_start(body);
   soft.inverted = soft.forces_valid = false;
   const RigidPart motion = is_free(soft) ? rigid_part(body, body.positions, body.velocities) : RigidPart{};

@@ -193,7 +193,10 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
         world_.rigid.apply_wrench(due.source, due.center, due.push, due.moment);
     });
   }
-  if (soft.inverted) recover_inverted(step, soft);
+  if (soft.inverted && may_halt(world_, soft))
+    halt(step, soft);
+  else if (soft.inverted)
+    recover_inverted(step, soft);
   evaluate_forces(world_, soft);
   soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
@@ -201,7 +204,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   // Implicit steps in contact are judged before (gains_energy).
   const bool in_contact = !soft.implicit && soft.contacts && !soft.contacts->empty();
   const bool held = !(soft.recovered || in_contact) || hold_energy(world_, soft);
-  if ((!held || soft.inverted) && may_halt(world_, soft)) halt(soft);
+  if (!held && may_halt(world_, soft)) halt(step, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;
   if (!is_in_free_flight(soft))  // moving bodies may have put energy in

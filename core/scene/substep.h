@@ -82,6 +82,6 @@ bool hold_energy(const World& world, SceneSoftBody& soft);
 /// of its deformation's motion; in contact, of all its motion. Only where no surface moves that would go
 /// through it or take its momentum.
 bool may_halt(const World& world, const SceneSoftBody& soft);
-void halt(SceneSoftBody& soft);
+void halt(const Substep& step, SceneSoftBody& soft);
 
 }  // namespace isochor
