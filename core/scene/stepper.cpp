@@ -31,6 +31,12 @@ bool is_held(const World& world, const SceneSoftBody& soft) {
          (soft.body.has_pins || (world.massive.empty() && !is_in_free_flight(soft)));
 }
 
+/// What contacts put right in parts of a substep that failed makes high speeds. Implicit steps are judged
+/// before (gains_energy).
+bool is_violent(const Substep& step, const SceneSoftBody& soft) {
+  return step.halved && !soft.implicit && soft.contacts && !soft.contacts->empty();
+}
+
 }  // namespace
 
 Stepper::Stepper(World& world) : world_(world) {
@@ -72,7 +78,7 @@ void Stepper::start_rigid(double h) {
 }
 
 void Stepper::advance(double h, int halvings) {
-  const Substep step{world_, stats_, h, halvings < max_halvings, lifting_};
+  const Substep step{world_, stats_, h, halvings<max_halvings, lifting_, halvings> 0};
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;
@@ -201,9 +207,7 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
   soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
-  // Implicit steps in contact are judged before (gains_energy).
-  const bool in_contact = !soft.implicit && soft.contacts && !soft.contacts->empty();
-  const bool held = !(soft.recovered || in_contact) || hold_energy(world_, soft);
+  const bool held = !(soft.recovered || is_violent(step, soft)) || hold_energy(world_, soft);
   if (!held && may_halt(world_, soft)) halt(step, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;

@@ -12,6 +12,7 @@ struct Substep {
   double h;
   bool may_halve = false;  ///< a substep that fails is taken again in two halves
   bool may_lift = true;    ///< tets that invert are lifted within it
+  bool halved = false;     ///< is a part of one that failed
 };
 
 /// That of the body's integrator.
