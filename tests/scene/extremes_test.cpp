@@ -140,7 +140,8 @@ TEST_P(ThinPlate, HoldsWhatFallsOnItAndAddsNoEnergy) {
       EXPECT_LE(m.kinetic_energy + m.potential_energy, 1.02 * energy) << i;
       EXPECT_LE(m.max_cell_volume_error, 1e-6) << i;
       EXPECT_EQ(m.inverted, 0) << i;
-      for (const Vec3& p : frame.bodies[0].positions) ASSERT_GT(p.y(), 0.0) << i << " cells " << cells << " at " << p.transpose();
+      for (const Vec3& p : frame.bodies[0].positions)
+        ASSERT_GT(p.y(), 0.0) << i << " cells " << cells << " at " << p.transpose();
     }
   }
 }
