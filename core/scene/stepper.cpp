@@ -78,7 +78,8 @@ void Stepper::start_rigid(double h) {
 }
 
 void Stepper::advance(double h, int halvings) {
-  const Substep step{world_, stats_, h, halvings<max_halvings, lifting_, halvings> 0};
+  Substep step{world_, stats_, h, halvings < max_halvings, lifting_};
+  step.halved = halvings > 0;
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;

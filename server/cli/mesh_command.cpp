@@ -50,8 +50,10 @@ void check_outputs(const CliContext& context, const MeshCommand& command) {
     if (output == "-" && (context.json || command.outputs.size() > 1))
       throw Error(ErrorCode::invalid_argument, "stdout can hold one document only",
                   "write the model to a file, or leave out --json and the other outputs");
-    const fs::path folder = fs::path(output).parent_path();
-    if (output != "-" && ::access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
+    // Files are replaced in their folder, devices and pipes written to.
+    const fs::path target = output, folder = target.parent_path();
+    const fs::path& written = fs::exists(target) && !fs::is_regular_file(target) ? target : folder;
+    if (output != "-" && ::access(written.empty() ? "." : written.c_str(), W_OK) != 0)
       throw Error(ErrorCode::cannot_write, fmt::format("cannot write {}", output),
                   "check that the folder exists and that you may write there");
   }
