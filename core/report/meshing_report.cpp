@@ -16,7 +16,7 @@ std::vector<T> axis(const std::vector<T>& values, T fallback) {
 }
 
 std::vector<int> distinct(std::vector<int> rising) {
-  rising.erase(std::ranges::unique(rising).begin(), rising.end());
+  rising.erase(std::unique(rising.begin(), rising.end()), rising.end());
   return rising;
 }
 

@@ -267,6 +267,7 @@ std::vector<double> median_frames(const std::vector<std::vector<double>>& frame_
   std::vector<double> medians;
   for (std::size_t frame = 0; !frame_ms.empty() && frame < frame_ms.front().size(); ++frame) {
     std::vector<double> repeats;
+    repeats.reserve(frame_ms.size());
     for (const std::vector<double>& frames : frame_ms) repeats.push_back(frames.at(frame));
     medians.push_back(spread_of(std::move(repeats)).median);
   }

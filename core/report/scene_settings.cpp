@@ -14,7 +14,7 @@ const std::vector<VolumeSolver> usual_solvers{VolumeSolver::newton, VolumeSolver
 template <class T>
 std::vector<T> sorted(std::vector<T> values) {
   std::ranges::sort(values);
-  values.erase(std::ranges::unique(values).begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 
