@@ -68,7 +68,8 @@ void find_inverted(const Substep& step, SceneSoftBody& soft) {
                         [&] { soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions); });
 }
 
-/// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame.
+/// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame. That is no
+/// cure.
 bool throws_a_particle(const Substep& step, const SoftBody& body) {
   const double farthest = far_away * body.cell_size;
   for (std::size_t i = 0; i < body.size(); ++i) {
@@ -96,6 +97,7 @@ bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
     meet();
     find_inverted(step, soft);
   }
+  if (!soft.inverted) soft.inverted = throws_a_particle(step, soft.body);
   return true;
 }
 
@@ -185,9 +187,7 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
                          : project(step, soft, make_request(step.world, soft));
   };
   soft.projection = meet();
-  const bool lifted = lift_inverted(step, soft, [&] { soft.projection = meet(); });
-  // No cure: to be halved, or to halt.
-  if (lifted && !soft.inverted) soft.inverted = throws_a_particle(step, soft.body);
+  lift_inverted(step, soft, [&] { soft.projection = meet(); });
   // What the projection had to move against stiff springs.
   if (soft.pressed_implicitly && step.may_halve) soft.unbalanced = gains_energy(step, soft);
 }

@@ -103,12 +103,10 @@ bool hold_energy(const World& world, SceneSoftBody& soft) {
   return excess <= round_off * all;
 }
 
-bool may_halt(const World& world, const SceneSoftBody& soft) {
-  return !soft.began_inverted && !is_driven(world, soft) && world.massive.empty() &&
-         !(soft.contacts && soft.contacts->on_the_move());
-}
-
-void halt(const Substep& step, SceneSoftBody& soft) {
+bool halt(const Substep& step, SceneSoftBody& soft) {
+  if (soft.began_inverted || is_driven(step.world, soft) || !step.world.massive.empty() ||
+      (soft.contacts && soft.contacts->on_the_move()))
+    return false;
   SoftBody& body = soft.body;
   if (!soft.recovered) ++step.stats.recoveries;
   soft.recovered = true;
@@ -118,6 +116,7 @@ void halt(const Substep& step, SceneSoftBody& soft) {
   for (std::size_t i = 0; i < body.size(); ++i)
     if (body.inverse_masses[i] > 0.0)
       body.velocities.set(i, 0.5 * (body.velocities.at(i) + motion.velocity_at(body.positions.at(i))));
+  return true;
 }
 
 }  // namespace isochor

@@ -200,16 +200,12 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
         world_.rigid.apply_wrench(due.source, due.center, due.push, due.moment);
     });
   }
-  if (soft.inverted && may_halt(world_, soft))
-    halt(step, soft);
-  else if (soft.inverted)
-    recover_inverted(step, soft);
+  if (soft.inverted && !halt(step, soft)) recover_inverted(step, soft);
   evaluate_forces(world_, soft);
   soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
-  const bool held = !(soft.recovered || is_violent(step, soft)) || hold_energy(world_, soft);
-  if (!held && may_halt(world_, soft)) halt(step, soft);
+  if ((soft.recovered || is_violent(step, soft)) && !hold_energy(world_, soft)) halt(step, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;
   if (!is_in_free_flight(soft))  // moving bodies may have put energy in

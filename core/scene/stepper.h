@@ -19,8 +19,8 @@ class Stepper {
   /// Rigid bodies go first: their impacts, joints and contacts among themselves.
   void start_rigid(double h);
   /// Halves the substep while a tet inverts or an implicit solve fails, at most 5 times. Tets that invert
-  /// even so are left to recovery at the end: lifts that never ended have thrown what is a million times
-  /// heavier.
+  /// even so halt the body, or are left to recovery at the end: lifts that never ended have thrown what is a
+  /// million times heavier.
   void advance(double h, int halvings);
   /// Back to the start of the substep, and to the frame's figures before it.
   void take_back(const StepStats& before);

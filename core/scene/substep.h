@@ -81,8 +81,7 @@ void hold_collision_energy(World& world);
 bool hold_energy(const World& world, SceneSoftBody& soft);
 /// A substep of no use, that ends inverted or with energy from nowhere: the body stays where it was, in half
 /// of its deformation's motion; in contact, of all its motion. Only where no surface moves that would go
-/// through it or take its momentum.
-bool may_halt(const World& world, const SceneSoftBody& soft);
-void halt(const Substep& step, SceneSoftBody& soft);
+/// through it or take its momentum; false, and nothing done, elsewhere.
+bool halt(const Substep& step, SceneSoftBody& soft);
 
 }  // namespace isochor

@@ -15,6 +15,17 @@ MeshingPoint made_in(double ms, double boundary_to_input, double input_to_bounda
   return point;
 }
 
+MeshingPoint only_point(TriangleSoup soup, int cells) {
+  MeshingReportOptions options;
+  options.base.voxels = 48, options.base.lattice.cells = cells;
+  options.repeats = 1;
+  Progress progress;
+  const MeshingReport report =
+      report_meshing(std::make_shared<const TriangleSoup>(std::move(soup)), options, progress);
+  EXPECT_EQ(report.points.size(), 1U);
+  return report.points.at(0);
+}
+
 TEST(MeshingReport, AModelThatMissesAPartIsNotTheBestWithinABudget) {
   MeshingReport report;
   report.points = {made_in(10, 0.1, 3.0), made_in(20, 0.2, 0.3), made_in(50, 0.01, 0.01)};
@@ -29,29 +40,16 @@ TEST(MeshingReport, AnIncompleteModelIsSaidToBeOne) {
   TriangleSoup sheet;
   sheet.positions = {{0, 0, 0}, {1, 0.3, 0}, {1, 0.5, 1}, {0, 0.2, 1}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
-  MeshingReportOptions options;
-  options.base.voxels = 48, options.base.lattice.cells = 6;
-  options.repeats = 1;
-  Progress progress;
-  const MeshingReport report =
-      report_meshing(std::make_shared<const TriangleSoup>(std::move(sheet)), options, progress);
-  ASSERT_EQ(report.points.size(), 1U);
-  EXPECT_FALSE(report.points[0].problem.empty() && report.points[0].incomplete.empty());
+  const MeshingPoint point = only_point(std::move(sheet), 6);
+  EXPECT_FALSE(point.problem.empty() && point.incomplete.empty());
 }
 
 TEST(MeshingReport, TheVolumeErrorOfAShellIsThatOfItsWall) {
   TriangleSoup shell = test::sphere(0.5, 1.0, 48);
   test::append(shell, test::sphere(0.3, 1.0, 48));  // of the same sense: the signed volume adds the cavity
-  MeshingReportOptions options;
-  options.base.voxels = 48, options.base.lattice.cells = 16;
-  options.repeats = 1;
-  Progress progress;
-  const MeshingReport report =
-      report_meshing(std::make_shared<const TriangleSoup>(std::move(shell)), options, progress);
-  ASSERT_EQ(report.points.size(), 1U);
-  EXPECT_LT(std::abs(report.points[0].volume_error.value()), 0.06);
-  EXPECT_EQ(report.points[0].distance(),
-            std::max(report.points[0].quality.boundary_to_input, report.points[0].quality.input_to_boundary));
+  const MeshingPoint point = only_point(std::move(shell), 16);
+  EXPECT_LT(std::abs(point.volume_error.value()), 0.06);
+  EXPECT_EQ(point.distance(), std::max(point.quality.boundary_to_input, point.quality.input_to_boundary));
 }
 
 TEST(MeshingReport, CountsTheTetsThatARunGives) {

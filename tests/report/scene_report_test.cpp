@@ -156,13 +156,20 @@ TEST(SceneReport, APlantedErrorIsSeenAsWhatItIs) {
   EXPECT_EQ(errors.max_cell_volume, 0.125);
 }
 
-TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
+/// Three quick points, and a way to cancel them.
+struct CancelledReport : ::testing::Test {
   const Scene scene = one_body(cube(1, 1.0), 0.1);
   std::atomic<bool> cancel{false};
-  Progress progress({}, &cancel);
+  Progress progress{{}, &cancel};
   SceneReportOptions options;
-  options.axes = only_substeps({1, 2, 4});
-  options.repeats = 1;
+
+  CancelledReport() {
+    options.axes = only_substeps({1, 2, 4});
+    options.repeats = 1;
+  }
+};
+
+TEST_F(CancelledReport, KeepsWhatIsDoneAndResumingTakesItOver) {
   options.on_point = [&](const SceneReport& report) { cancel = report.points.size() == 2; };
   const SceneReport part = report_scene(scene, options, progress);
   EXPECT_FALSE(part.complete);
@@ -181,13 +188,7 @@ TEST(SceneReport, CancellingKeepsWhatIsDoneAndResumingTakesItOver) {
   EXPECT_NE(report_scene(scene, options, progress).points[0].seconds, 12345.0);
 }
 
-TEST(SceneReport, CancellingAResumedRunLosesNothing) {
-  const Scene scene = one_body(cube(1, 1.0), 0.1);
-  std::atomic<bool> cancel{false};
-  Progress progress({}, &cancel);
-  SceneReportOptions options;
-  options.axes = only_substeps({1, 2, 4});
-  options.repeats = 1;
+TEST_F(CancelledReport, LosesNothingOfAResumedRun) {
   const SceneReport whole = report_scene(scene, options, progress);
   options.axes = only_substeps({1, 2, 4, 3});  // none finer: the same reference
   options.earlier = whole;
