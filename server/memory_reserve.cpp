@@ -1,5 +1,7 @@
 #include "server/memory_reserve.h"
 
+#include <malloc.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -33,6 +35,12 @@ void keep_memory_reserve() {
   void* expected = nullptr;
   void* fresh = std::malloc(reserve_bytes);
   if (!reserve.compare_exchange_strong(expected, fresh)) std::free(fresh);
+}
+
+void return_free_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 }  // namespace isochor

@@ -11,6 +11,7 @@
 #include "core/common/error.h"
 #include "core/mesh_input/check.h"
 #include "core/mesh_input/text_scanner.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -249,6 +250,7 @@ class PlyCheck {
     if (element.count > 0 && std::min({column[0], column[1], column[2]}) < 0)
       source_.fail("the vertices have no x, y and z");
     for (std::int64_t v = 0; v < element.count; ++v) {
+      if (v % 4096 == 0) throw_if_scope_cancelled();
       std::array<double, 3> position{};
       for (int i = 0; i < columns; ++i) {
         const auto axis = std::find(column.begin(), column.end(), i);
@@ -280,9 +282,11 @@ class PlyCheck {
         indices = i;
     }
     if (element.count > 0 && indices < 0) source_.fail(fmt::format("the {} have no vertex_indices", what));
-    for (std::int64_t f = 0; f < element.count; ++f)
+    for (std::int64_t f = 0; f < element.count; ++f) {
+      if (f % 4096 == 0) throw_if_scope_cancelled();
       for (int i = 0; i < columns; ++i)
         i == indices ? (this->*add)(element.properties[i]) : skip(element.properties[i]);
+    }
   }
 
   void face(const Property& property) {

@@ -7,6 +7,7 @@
 #include "core/common/error.h"
 #include "core/mesh_input/check.h"
 #include "core/mesh_input/text_scanner.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -50,7 +51,10 @@ CheckedMesh check_binary(std::span<const char> bytes) {
                     header_bytes, count, binary_size(count), bytes.size()),
         bytes.size() < binary_size(count) ? "the file is truncated: export it again"
                                           : "export the file again");
-  for (std::size_t i = 0; i < count; ++i) check_record(bytes, binary_size(0) + record_bytes * i);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i % 4096 == 0) throw_if_scope_cancelled();
+    check_record(bytes, binary_size(0) + record_bytes * i);
+  }
   CheckedMesh mesh{std::string(bytes.data(), binary_size(count)), 3 * std::int64_t{count}, count};
   // A binary header may say "solid" too; blank, it cannot be taken for text.
   mesh.plain.replace(0, header_bytes, header_bytes, '\0');

@@ -5,6 +5,7 @@
 
 #include "core/mesh_input/self_intersections.h"
 #include "core/mesh_input/topology.h"
+#include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
 namespace {
@@ -42,10 +43,15 @@ class Inspector {
     report_.bounds = bounding_box(soup_);
     measure();
     count_vertices();
+    throw_if_scope_cancelled();
     const std::vector<Triangle> proper = proper_triangles();
+    throw_if_scope_cancelled();
     count_duplicates(proper);
+    throw_if_scope_cancelled();
     count_edges(proper);
+    throw_if_scope_cancelled();
     count_self_intersections(proper);
+    throw_if_scope_cancelled();
     report_.components = count_components(proper);
     return std::move(report_);
   }
@@ -107,7 +113,7 @@ class Inspector {
   void count_duplicates(const std::vector<Triangle>& proper) {
     std::vector<Triangle> sorted = proper;
     for (Triangle& triangle : sorted) std::sort(triangle.begin(), triangle.end());
-    std::sort(sorted.begin(), sorted.end());
+    cancellable_sort(sorted);
     DefectCounter duplicate("duplicate_triangles");
     for (std::size_t i = 1; i < sorted.size(); ++i)
       if (sorted[i] == sorted[i - 1]) duplicate.add(centroid(sorted[i]));

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "core/common/error.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -60,7 +61,7 @@ bool TextScanner::next_line() {
   const std::size_t end = std::min(rest_.find(line_end_), rest_.size());
   line_ = rest_.substr(0, end);
   rest_.remove_prefix(std::min(end + 1, rest_.size()));
-  ++line_number_;
+  if (++line_number_ % 4096 == 0) throw_if_scope_cancelled();
   return true;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel/cancel_scope.h"
+
 namespace isochor {
 namespace {
 
@@ -69,6 +71,7 @@ std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions, dou
   std::vector<std::int32_t> first(positions.size());
   VertexTable table(positions, tolerance);
   for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (v % 4096 == 0) throw_if_scope_cancelled();
     const std::int32_t found = table.find(positions[v]);
     first[v] = found < 0 ? static_cast<std::int32_t>(v) : found;
     if (found < 0) table.insert(first[v]);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/mesh_input/triangle_soup.h"
+#include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
 
@@ -33,7 +34,7 @@ void for_each_edge(const std::vector<Triangle>& triangles, Visit&& visit) {
       const auto b = static_cast<std::uint64_t>(triangle[(i + 1) % 3]);
       half_edges.push_back({std::min(a, b) << 33 | std::max(a, b) << 1 | (a > b ? 1U : 0U)});
     }
-  std::sort(half_edges.begin(), half_edges.end());
+  cancellable_sort(half_edges);
   for (std::size_t i = 0; i < half_edges.size();) {
     const std::uint64_t edge = half_edges[i].key >> 1;
     EdgeUse use{static_cast<std::int32_t>(edge >> 32), static_cast<std::int32_t>(edge & 0xffffffffU)};

@@ -5,10 +5,15 @@
 #include <cmath>
 #include <vector>
 
+#include "core/parallel/cancellable_sort.h"
+
 namespace isochor {
 namespace {
 
-constexpr int columns_a_side = 64;
+constexpr int most_columns_a_side = 64;
+/// Of all triangles' columns; beyond, columns are fewer: millions of large triangles over each other would
+/// cross thousands of columns each, and fill any memory.
+constexpr std::int64_t max_tries = 4'000'000, tries_a_triangle = 4;
 /// Crossings closer than this share of the longest edge are one: repeated surfaces.
 constexpr double repeated = 1e-6;
 
@@ -20,44 +25,77 @@ struct Crossing {
 };
 
 /// Columns of a square cross-section along `axis`; their centres are off any regular pattern of the input.
-struct Columns {
-  int axis;
-  Vec3 origin;
-  double width;
+class Columns {
+ public:
+  Columns(const Box& box, int axis, int a_side)
+      : axis_(axis),
+        a_side_(a_side),
+        width_(box.size().maxCoeff() / a_side),
+        origin_(box.min + width_ * Vec3(0.4142, 0.5321, 0.4679)) {}
 
+  double area() const { return width_ * width_; }
+  /// How many columns the boxes of all triangles hold.
+  std::int64_t tries(const TriangleSoup& soup) const {
+    std::int64_t sum = 0;
+    for (const Triangle& t : soup.triangles) {
+      const Span u = span(soup, t, (axis_ + 1) % 3), v = span(soup, t, (axis_ + 2) % 3);
+      sum += std::int64_t{u.count()} * v.count();
+    }
+    return sum;
+  }
   std::vector<Crossing> crossings(const TriangleSoup& soup) const {
     std::vector<Crossing> found;
-    for (const Triangle& t : soup.triangles)
-      add(soup.positions[t[0]], soup.positions[t[1]], soup.positions[t[2]], found);
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+      if (t % 4096 == 0) throw_if_scope_cancelled();
+      add(soup, soup.triangles[t], found);
+    }
     return found;
   }
 
  private:
-  void add(const Vec3& a, const Vec3& b, const Vec3& c, std::vector<Crossing>& found) const {
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const auto first = [&](double low, int along) {
-      return static_cast<int>(std::ceil((low - origin[along]) / width));
-    };
-    const auto last = [&](double high, int along) {
-      return static_cast<int>(std::floor((high - origin[along]) / width));
-    };
-    const int v0 = first(std::min({a[v], b[v], c[v]}), v), v1 = last(std::max({a[v], b[v], c[v]}), v);
-    const int u0 = first(std::min({a[u], b[u], c[u]}), u), u1 = last(std::max({a[u], b[u], c[u]}), u);
-    for (int j = v0; j <= v1; ++j)
-      for (int i = u0; i <= u1; ++i) {
-        const double x = origin[u] + i * width, y = origin[v] + j * width;
+  struct Span {
+    int first, last;
+    int count() const { return std::max(0, last - first + 1); }
+  };
+  /// The columns whose centres a triangle's box holds along one axis.
+  Span span(const TriangleSoup& soup, const Triangle& t, int along) const {
+    const double a = soup.positions[t[0]][along], b = soup.positions[t[1]][along],
+                 c = soup.positions[t[2]][along];
+    return {static_cast<int>(std::ceil((std::min({a, b, c}) - origin_[along]) / width_)),
+            static_cast<int>(std::floor((std::max({a, b, c}) - origin_[along]) / width_))};
+  }
+
+  void add(const TriangleSoup& soup, const Triangle& t, std::vector<Crossing>& found) const {
+    const Vec3 &a = soup.positions[t[0]], &b = soup.positions[t[1]], &c = soup.positions[t[2]];
+    const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
+    const Span across = span(soup, t, u), up = span(soup, t, v);
+    for (int j = up.first; j <= up.last; ++j)
+      for (int i = across.first; i <= across.last; ++i) {
+        const double x = origin_[u] + i * width_, y = origin_[v] + j * width_;
         const auto side = [&](const Vec3& p, const Vec3& q) {
           return (q[u] - p[u]) * (y - p[v]) - (q[v] - p[v]) * (x - p[u]);
         };
         const double wa = side(b, c), wb = side(c, a), wc = side(a, b), sum = wa + wb + wc;
         if (sum == 0.0 || std::min({wa / sum, wb / sum, wc / sum}) < 0.0) continue;
         found.push_back(
-            {j * columns_a_side + i,
-             static_cast<float>((wa * a[axis] + wb * b[axis] + wc * c[axis]) / sum - origin[axis]),
+            {j * a_side_ + i,
+             static_cast<float>((wa * a[axis_] + wb * b[axis_] + wc * c[axis_]) / sum - origin_[axis_]),
              static_cast<std::int8_t>(sum > 0.0 ? 1 : -1)});
       }
   }
+
+  int axis_, a_side_;
+  double width_;
+  Vec3 origin_;
 };
+
+Columns affordable_columns(const TriangleSoup& soup, const Box& box, int axis) {
+  const std::int64_t affordable =
+      max_tries + tries_a_triangle * static_cast<std::int64_t>(soup.triangles.size());
+  for (int a_side = most_columns_a_side;; a_side /= 2)
+    if (const Columns columns(box, axis, a_side); a_side == 1 || columns.tries(soup) <= affordable)
+      return columns;
+}
 
 /// Length between the first crossing of each column and the second, the third and the fourth, …
 double inside_length(const std::vector<Crossing>& crossings, double least) {
@@ -121,16 +159,16 @@ SoupSize soup_size(const TriangleSoup& soup) {
     size.area += 0.5 * (soup.positions[t[1]] - soup.positions[t[0]])
                            .cross(soup.positions[t[2]] - soup.positions[t[0]])
                            .norm();
-  const double longest = size.box.size().maxCoeff(), width = longest / columns_a_side;
-  if (!(width > 0.0)) return size;
+  const double longest = size.box.size().maxCoeff();
+  if (!(longest / most_columns_a_side > 0.0)) return size;
   size.extents = principal_extents(soup, 0.5 * (size.box.min + size.box.max));
   std::array<double, 3> by_parity{}, by_winding{};
   for (int axis = 0; axis < 3; ++axis) {
-    const Columns columns{axis, size.box.min + width * Vec3(0.4142, 0.5321, 0.4679), width};
+    const Columns columns = affordable_columns(soup, size.box, axis);
     std::vector<Crossing> crossings = columns.crossings(soup);
-    std::ranges::sort(crossings);
-    by_parity[axis] = width * width * inside_length(crossings, repeated * longest);
-    by_winding[axis] = width * width * wound_length(crossings);
+    cancellable_sort(crossings);
+    by_parity[axis] = columns.area() * inside_length(crossings, repeated * longest);
+    by_winding[axis] = columns.area() * wound_length(crossings);
   }
   size.volume = median(by_parity), size.winding_volume = median(by_winding);
   return size;

@@ -40,9 +40,14 @@ std::vector<Route> api_routes(Api& api);
 
 inline constexpr std::string_view api_base = "/api/v1";
 
-/// Reads a mesh and puts it into the catalog. Throws cannot_read, unsupported_format, empty_result.
-std::shared_ptr<StoredMesh> store_mesh(Api& api, const std::string& name, const std::string& format,
-                                       std::string_view bytes, bool& added);
+/// A mesh file as it was sent, or as it ships.
+struct MeshFile {
+  std::string name, format;  ///< without a format, the name's extension tells
+  std::string_view bytes;
+};
+/// Reads a mesh and puts it into the catalog; `added` tells whether it was new. Throws cannot_read,
+/// unsupported_format, empty_result, cancelled.
+std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& added, Progress& progress);
 /// The model of a mesh with these options: the stored one, or a new one. Throws what the stages throw.
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
                                               const MeshingOptions& options, bool preview,

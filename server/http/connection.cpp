@@ -46,6 +46,7 @@ void Connection::close() {
   if (state_ == State::closed) return;
   socket_.close();
   state_ = State::closed;
+  on_hangup();
   stream_.reset();
   pending_.reset();
   output_ = {};
@@ -102,6 +103,10 @@ bool Connection::read_body() {
   return body.size() == admission_.body_bytes;
 }
 
+void Connection::on_hangup() {
+  if (abandoned_) *abandoned_ = true;
+}
+
 void Connection::discard_input() {
   std::array<char, read_size> buffer;
   const ssize_t got = receive(socket_.descriptor(), buffer.data(), buffer.size());
@@ -110,6 +115,8 @@ void Connection::discard_input() {
 }
 
 Admission Connection::take_admission() {
+  abandoned_ = std::make_shared<std::atomic<bool>>(false);
+  admission_.request.abandoned = abandoned_;
   state_ = State::working;
   return std::move(admission_);
 }

@@ -48,6 +48,8 @@ class Connection {
   /// worker.
   bool on_readable(const Service& service, Clock::time_point now);
   void on_writable(Clock::time_point now);
+  /// The peer has ended its side: what works for it may stop.
+  void on_hangup();
   /// What a peer sends after its request is ignored; the reader of a stream that ends its side is gone.
   void discard_input();
   /// Deadlines.
@@ -67,6 +69,7 @@ class Connection {
     return state_ == State::head || state_ == State::body || state_ == State::streaming ||
            state_ == State::lingering;
   }
+  bool wants_hangup() const { return state_ == State::working && !*abandoned_; }
   bool wants_write() const { return has_output() || has_more_; }
   std::uint64_t id() const { return id_; }
   int socket() const { return socket_.descriptor(); }
@@ -103,6 +106,7 @@ class Connection {
   Clock::time_point opened_, deadline_;
   std::string input_;
   Admission admission_;
+  std::shared_ptr<std::atomic<bool>> abandoned_;  ///< shared with a request that was taken
   Output output_;
   std::shared_ptr<ByteSource> stream_;
   std::shared_ptr<PendingAnswer> pending_;

@@ -16,7 +16,8 @@ void control(int epoll, int operation, int descriptor, std::uint32_t events, std
 }
 
 std::uint32_t interest_of(const Connection& connection) {
-  return (connection.wants_read() ? EPOLLIN : 0U) | (connection.wants_write() ? EPOLLOUT : 0U);
+  return (connection.wants_read() ? EPOLLIN : 0U) | (connection.wants_write() ? EPOLLOUT : 0U) |
+         (connection.wants_hangup() ? EPOLLRDHUP : 0U);
 }
 
 }  // namespace

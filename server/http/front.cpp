@@ -106,6 +106,7 @@ void Front::handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::tim
   with(entry, [&](Connection& connection) {
     if ((events & EPOLLIN) != 0 && connection.on_readable(service_, now)) dispatch(connection, now);
     if ((events & EPOLLOUT) != 0 && !connection.closed()) connection.on_writable(now);
+    if ((events & EPOLLRDHUP) != 0) connection.on_hangup();
     if ((events & (EPOLLERR | EPOLLHUP)) != 0) connection.close();
   });
 }

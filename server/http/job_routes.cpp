@@ -23,13 +23,11 @@ Response get_job(Api& api, const Request& request) {
   return job_response(api, id, query_integer(request, "wait_ms", 0, 0, 10000), 200);
 }
 
-/// The work polls: it has stopped within a tenth of a second.
 Response cancel_job(Api& api, const Request& request) {
   const std::string& id = request.segment("id");
   find_job(api, id);
   api.jobs.cancel(id);
-  constexpr std::int64_t patience_ms = 500;
-  return job_response(api, id, patience_ms, 200);
+  return job_document(find_job(api, id), 200);
 }
 
 Response list_jobs(const Api& api) {

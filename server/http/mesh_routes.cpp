@@ -40,17 +40,18 @@ Response mesh_response(const StoredMesh& mesh, bool added) {
 
 Response post_mesh(Api& api, const Request& request, const std::string& name) {
   bool added = false;
+  Progress progress({}, request.abandoned.get());
   if (const std::string* wanted = request.parameter("sample")) {
     const Samples::Sample* sample = api.samples.mesh(*wanted);
     if (!sample) refuse(404, "not_found", "no such sample", "GET /api/v1/samples lists them");
-    const auto mesh = store_mesh(api, sample->file, {}, sample->text, added);
+    const auto mesh = store_mesh(api, {sample->file, {}, sample->text}, added, progress);
     return mesh_response(*mesh, added);
   }
   const std::string* format = request.parameter("format");
   if (name.empty() && !format)
     throw Error(ErrorCode::unsupported_format, "the format is not known",
                 "give ?name=bunny.obj or ?format=obj");
-  const auto mesh = store_mesh(api, name, format ? *format : "", request.body, added);
+  const auto mesh = store_mesh(api, {name, format ? *format : "", request.body}, added, progress);
   return mesh_response(*mesh, added);
 }
 

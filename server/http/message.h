@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -22,6 +23,7 @@ struct Request {
   Fields headers;        ///< names in lower case
   Fields path_segments;  ///< decoded values of the route's {names}
   std::string body;
+  std::shared_ptr<const std::atomic<bool>> abandoned;  ///< set once its sender has gone; null: nobody tells
 
   /// First value; nullptr when absent.
   const std::string* header(std::string_view lower_case_name) const;

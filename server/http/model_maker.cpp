@@ -1,5 +1,6 @@
 #include <array>
 
+#include "core/parallel/cancel_scope.h"
 #include "core/parameters/parameters.h"
 #include "server/http/api.h"
 #include "server/http/service.h"
@@ -35,10 +36,10 @@ bool has_field(StoredMesh& mesh, const MeshingOptions& options) {
 
 }  // namespace
 
-std::shared_ptr<StoredMesh> store_mesh(Api& api, const std::string& name, const std::string& format,
-                                       std::string_view bytes, bool& added) {
+std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& added, Progress& progress) {
+  const auto& [name, format, bytes] = file;
   const MeshFormat kind = mesh_format(format.empty() ? name : "mesh." + format);
-  Progress progress;
+  const CancelScope scope(progress);
   const std::string id = content_id("m", bytes);
   if (api.catalog.has_mesh(id)) {
     added = false;
@@ -85,7 +86,7 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
     std::shared_ptr<StoredMesh> mesh;
     bool added = false;
     if (const Samples::Sample* sample = api.samples.mesh(name))
-      mesh = store_mesh(api, sample->file, {}, sample->text, added);
+      mesh = store_mesh(api, {sample->file, {}, sample->text}, added, progress);
     else if (api.catalog.has_mesh(name))
       mesh = api.catalog.mesh(name);
     else
@@ -97,6 +98,7 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
 }
 
 std::unique_ptr<Simulation> build_simulation(Api& api, Scene scene, Progress& progress) {
+  api.simulations.wait_for_removed(progress);
   resolve_meshes(api, scene, progress);
   return compile(scene, progress);
 }

@@ -54,7 +54,7 @@ void Server::warm() {
   const Samples::Sample& first = api_.samples.meshes().front();
   api_.jobs.submit("warm", [this, &first](Progress& progress) {
     bool added = false;
-    const auto mesh = store_mesh(api_, first.file, {}, first.text, added);
+    const auto mesh = store_mesh(api_, {first.file, {}, first.text}, added, progress);
     const MeshingOptions options = first.preset.empty() ? MeshingOptions{} : preset_options(first.preset);
     make_model(api_, mesh, options, false, progress);
     return std::string("{}");

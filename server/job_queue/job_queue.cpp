@@ -1,8 +1,10 @@
 #include "server/job_queue/job_queue.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "server/job_queue/retry_allocation.h"
+#include "server/memory_reserve.h"
 #include "server/messages/problem_messages.h"
 #include "server/problem.h"
 
@@ -66,7 +68,10 @@ JobView JobQueue::submit(std::string kind, Work work, Line line) {
   const auto job = add(std::move(kind), JobStatus::queued);
   job->work = std::move(work);
   JobView view = job->view;  // before a worker may change it
-  if (!(line == Line::work ? pool_ : measurements_).submit([this, job] { run(*job); })) {
+  if (!(line == Line::work ? pool_ : measurements_).submit([this, job] {
+        run(*job);
+        return_free_memory();
+      })) {
     table_.with([&](Table& table) { table.jobs.erase(view.id); });
     throw Error(ErrorCode::over_budget, "too many jobs are waiting", "wait for one to end, or cancel some");
   }
@@ -79,12 +84,20 @@ JobView JobQueue::add_done(std::string kind, std::string result) {
   return *find(job->view.id);
 }
 
-void JobQueue::run(Job& job) {
-  if (job.cancelled) return;  // ended by cancel()
-  table_.with([&](Table&) {
+/// The work, empty when the job was cancelled while it waited.
+JobQueue::Work JobQueue::begin(Job& job) {
+  return table_.with([&](Table&) -> Work {
+    Work work = std::exchange(job.work, nullptr);
+    if (job.view.ended()) return {};
     job.view.status = JobStatus::running;
     job.started = Clock::now();
+    return work;
   });
+}
+
+void JobQueue::run(Job& job) {
+  const Work work = begin(job);
+  if (!work) return;
   JobProgress progress(
       [&](std::string_view phase, double fraction) {
         table_.with([&](Table&) {
@@ -95,7 +108,7 @@ void JobQueue::run(Job& job) {
       &job.cancelled,
       [&](std::string part) { table_.with([&](Table&) { job.view.result = std::move(part); }); });
   try {
-    std::string result = job.work(progress);
+    std::string result = work(progress);
     if (job.cancelled)
       end(job, JobStatus::cancelled, std::move(result), cancelled_problem());
     else
@@ -114,13 +127,12 @@ void JobQueue::run(Job& job) {
 
 void JobQueue::end(Job& job, JobStatus status, std::string result, std::string problem) {
   table_.with([&](Table& table) {
+    if (!result.empty() || status == JobStatus::failed) job.view.result = std::move(result);
     if (job.view.ended()) return;
     retry_allocation([&] { table.ended.push_back(job.view.id); });
     job.view.status = status;
     if (status == JobStatus::done) job.view.fraction = 1.0;
-    job.view.result = std::move(result);
     job.view.problem = std::move(problem);
-    job.work = nullptr;
     forget_oldest(table);
   });
   on_end_();
@@ -160,8 +172,7 @@ bool JobQueue::cancel(const std::string& id) {
   });
   if (!job) return false;
   job->cancelled = true;
-  const bool waiting = table_.with([&](const Table&) { return job->view.status == JobStatus::queued; });
-  if (waiting) end(*job, JobStatus::cancelled, {}, cancelled_problem());
+  end(*job, JobStatus::cancelled, {}, cancelled_problem());
   return true;
 }
 

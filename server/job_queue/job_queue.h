@@ -47,7 +47,9 @@ class JobProgress : public Progress {
 enum class Line { work, measurements };
 
 /// Long work, in the order asked for. Its progress can be asked at any time, and it can be cancelled at any
-/// time: the work polls its Progress. Ended jobs are remembered, the oldest forgotten.
+/// time: then it has ended at once, while its work polls its Progress, stops and frees what it holds, which
+/// of gigabytes takes a while, before its thread takes the next. Ended jobs are remembered, the oldest
+/// forgotten.
 class JobQueue {
  public:
   /// Returns the result as JSON text; its progress takes the fraction of the whole. Work that returns
@@ -83,6 +85,7 @@ class JobQueue {
 
   std::shared_ptr<Job> add(std::string kind, JobStatus status);
   void run(Job& job);
+  Work begin(Job& job);
   void end(Job& job, JobStatus status, std::string result, std::string problem);
   static void forget_oldest(Table& table);
 

@@ -7,11 +7,13 @@ WorkerPool::WorkerPool(int threads, std::size_t max_queued) : max_queued_(max_qu
 }
 
 WorkerPool::~WorkerPool() {
+  std::deque<std::function<void()>> dropped;  // outside the lock: what they hold may submit as it ends
   {
     std::lock_guard lock(mutex_);
     stop_ = true;
-    tasks_.clear();
+    dropped.swap(tasks_);
   }
+  dropped.clear();
   wake_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }

@@ -20,26 +20,25 @@ Simulations::Simulations(std::shared_ptr<Waker> waker, std::int64_t frame_bytes)
 Simulations::~Simulations() = default;
 
 std::shared_ptr<SimulationRunner> Simulations::create(SimulationRunner::Build build, RunOptions options) {
-  std::shared_ptr<SimulationRunner> evicted;  // ends outside the lock
   return data_.with([&](Data& data) {
-    if (data.slots.size() >= max_simulations && !(evicted = take_oldest_idle(data)))
+    if (data.slots.size() >= max_simulations && !drop_oldest_idle(data))
       throw Error(ErrorCode::over_budget, "too many simulations are running", "delete one, or pause it");
     options.id = "s" + std::to_string(data.next++);
     auto feed = std::make_shared<FrameFeed>(waker_, encoder_, frame_bytes_);
-    Slot slot{std::make_shared<SimulationRunner>(std::move(build), options, std::move(feed)), ++data.clock};
+    auto runner = std::make_unique<SimulationRunner>(std::move(build), options, std::move(feed));
+    Slot slot{disposal_.share(std::move(runner)), ++data.clock};
     return data.slots.emplace(options.id, std::move(slot)).first->second.runner;
   });
 }
 
-std::shared_ptr<SimulationRunner> Simulations::take_oldest_idle(Data& data) {
+bool Simulations::drop_oldest_idle(Data& data) {
   auto oldest = data.slots.end();
   for (auto it = data.slots.begin(); it != data.slots.end(); ++it)
     if (idle(*it->second.runner) && (oldest == data.slots.end() || it->second.used < oldest->second.used))
       oldest = it;
-  if (oldest == data.slots.end()) return nullptr;
-  auto runner = std::move(oldest->second.runner);
+  if (oldest == data.slots.end()) return false;
   data.slots.erase(oldest);
-  return runner;
+  return true;
 }
 
 std::shared_ptr<SimulationRunner> Simulations::find(const std::string& id) {
@@ -52,11 +51,8 @@ std::shared_ptr<SimulationRunner> Simulations::find(const std::string& id) {
 }
 
 void Simulations::remove(const std::string& id) {
-  find(id);
-  const auto removed = data_.with([&](Data& data) {
-    auto node = data.slots.extract(id);
-    return node.empty() ? nullptr : std::move(node.mapped().runner);
-  });
+  find(id)->cancel();
+  data_.with([&](Data& data) { data.slots.erase(id); });
 }
 
 std::vector<std::shared_ptr<SimulationRunner>> Simulations::all() const {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "server/job_queue/disposal.h"
 #include "server/store/catalog.h"
 #include "server/stream/simulation_runner.h"
 
@@ -19,7 +20,9 @@ class Simulations {
   /// Throws over_budget when all of them are in use.
   std::shared_ptr<SimulationRunner> create(SimulationRunner::Build build, RunOptions options);
   std::shared_ptr<SimulationRunner> find(const std::string& id);  ///< throws Missing
-  void remove(const std::string& id);
+  void remove(const std::string& id);                             ///< it stops; its memory is freed meanwhile
+  /// Until those that went are freed. Throws cancelled.
+  void wait_for_removed(const Progress& progress) const { disposal_.wait(progress); }
   std::vector<std::shared_ptr<SimulationRunner>> all() const;
   int viewers() const;
   std::int64_t bytes() const;
@@ -34,8 +37,9 @@ class Simulations {
     std::map<std::string, Slot> slots;
     std::int64_t next = 1, clock = 0;
   };
-  static std::shared_ptr<SimulationRunner> take_oldest_idle(Data& data);
+  static bool drop_oldest_idle(Data& data);
 
+  Disposal disposal_;  ///< first: runners come here to the last
   std::shared_ptr<Waker> waker_;
   std::shared_ptr<WorkerPool> encoder_;
   const std::int64_t frame_bytes_;  ///< of the frames that one simulation keeps

@@ -40,13 +40,17 @@ SimulationRunner::SimulationRunner(Build build, const RunOptions& options, std::
 }
 
 SimulationRunner::~SimulationRunner() {
+  cancel();
+  thread_.join();
+}
+
+void SimulationRunner::cancel() {
   feed_->end("deleted");
   {
     std::lock_guard lock(mutex_);
     cancelled_ = true;
   }
   wake_.notify_all();
-  thread_.join();
 }
 
 void SimulationRunner::run() {

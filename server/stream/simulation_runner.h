@@ -51,7 +51,7 @@ class SimulationRunner {
  public:
   using Build = std::function<std::unique_ptr<Simulation>(Progress&)>;
   SimulationRunner(Build build, const RunOptions& options, std::shared_ptr<FrameFeed> feed);
-  ~SimulationRunner();  ///< cancels the step under way
+  ~SimulationRunner();  ///< cancels, and waits for the thread
   SimulationRunner(const SimulationRunner&) = delete;
   SimulationRunner& operator=(const SimulationRunner&) = delete;
 
@@ -60,6 +60,8 @@ class SimulationRunner {
   const std::shared_ptr<FrameFeed>& feed() const { return feed_; }
   std::shared_ptr<const HelloFacts> facts() const;  ///< null while preparing
 
+  /// For good: its streams end, and the step under way stops.
+  void cancel();
   void play();
   void pause();
   void restart();

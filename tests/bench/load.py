@@ -201,29 +201,45 @@ def slow_reader(server, seconds=4.0):
     return {"frames_per_second_" + name: rate for name, rate in rates.items()}
 
 
+def stop(server, path):
+    """Seconds until a DELETE is answered, and until the server works no more: then all is freed, too."""
+    start = time.perf_counter()
+    _, ended = server.request("DELETE", path)
+    answered = time.perf_counter() - start
+    while True:
+        stopped, busy = time.perf_counter() - start, server.cpu_seconds()  # in ticks of 10 ms
+        time.sleep(0.025)
+        if server.cpu_seconds() == busy:
+            return ended, answered, max(answered, stopped)
+
+
+def summary(stops):
+    answered, stopped = zip(*stops)
+    return {"stops": len(stops), "answered_median_ms": 1e3 * statistics.median(answered),
+            "answered_max_ms": 1e3 * max(answered), "all_freed_median_ms": 1e3 * statistics.median(stopped),
+            "all_freed_max_ms": 1e3 * max(stopped)}
+
+
 def cancelling(server, tries=20):
-    """From the request that cancels a long job to its end, at moments spread over the job."""
-    mesh, seconds = server.send("POST", "/meshes?sample=tree")["id"], []
+    """Long jobs cancelled at moments spread over them."""
+    mesh, stops = server.send("POST", "/meshes?sample=tree")["id"], []
     for i in range(tries):
         job = server.send("POST", "/models", {"mesh_id": mesh, "params": {"voxels": 400, "cells": 150 + i}})
-        time.sleep(0.2 * i)
-        start = time.perf_counter()
-        ended = server.send("DELETE", "/jobs/" + job["id"])
+        time.sleep(0.06 * i)
+        ended, *seconds = stop(server, "/jobs/" + job["id"])
         if ended["status"] == "cancelled":
-            seconds.append(time.perf_counter() - start)
-    return {"cancelled": len(seconds), "median_ms": 1e3 * statistics.median(seconds), "max_ms": 1e3 * max(seconds)}
+            stops.append(seconds)
+    return summary(stops)
 
 
-def ending(server, tries=16):
-    """From the request that takes a simulation of 262,144 cells away to its end, while it is prepared or steps."""
-    seconds = []
+def ending(server, tries=12):
+    """Simulations of 884,736 cells taken away while they are prepared, and as they begin to step."""
+    stops = []
     for i in range(tries):
-        _, path = new_simulation(server, 64, "&pace=fast", wait_ms=0)
-        time.sleep(0.15 * i)
-        start = time.perf_counter()
-        server.request("DELETE", path)
-        seconds.append(time.perf_counter() - start)
-    return {"ended": len(seconds), "median_ms": 1e3 * statistics.median(seconds), "max_ms": 1e3 * max(seconds)}
+        _, path = new_simulation(server, 96, "&pace=fast", wait_ms=0)
+        time.sleep(0.3 * i)
+        stops.append(stop(server, path)[1:])
+    return summary(stops)
 
 
 def show(name, value, indent=""):

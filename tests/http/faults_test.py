@@ -165,6 +165,34 @@ class Peers(unittest.TestCase):
         eventually(lambda: server.get(path)["seq"], lambda n: n > seq, "the simulation goes on")
 
 
+    def test_a_sender_that_vanishes_stops_the_reading_of_its_mesh(self):
+        server = self.server
+        mesh = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"f 1 2 3\n" * (1 << 21)
+        head = server.head("POST", "/api/v1/meshes?format=obj", "Authorization: Bearer " + server.token,
+                           f"Content-Length: {len(mesh)}")
+        peer = server.connect(head + mesh)
+        spent = server.cpu_seconds()
+        eventually(server.cpu_seconds, lambda now: now > spent + 0.1, "it reads")
+        peer.close()
+        spent = last = server.cpu_seconds()
+        time.sleep(0.1)
+        while (now := server.cpu_seconds()) > last:
+            last = now
+            time.sleep(0.1)
+        self.assertLess(last - spent, 1.0 * SLOWNESS)  # all of it takes four times as long
+        self.assertEqual(server.get("/meshes")["meshes"][1:], [])
+
+    def test_a_large_simulation_gives_its_memory_back(self):
+        server = self.server
+        memory, scene = server.resident_bytes(), {"bodies": [{"type": "deformable", "lattice": {
+            "cells": [40, 40, 40], "cell_size": 0.01, "origin": [0, 0, 0]}}]}
+        for wait_ms in (0, 10000):  # while it is prepared, and while it plays
+            path = server.send("POST", f"/simulations?state=playing&wait_ms={wait_ms}", scene)["id"]
+            eventually(server.resident_bytes, lambda now: now > memory + (64 << 20), "it grows")
+            server.request("DELETE", "/simulations/" + path)
+            eventually(server.resident_bytes, lambda now: now < memory + memory_bound(48 << 20), "memory")
+
+
 class Memory(Folder):
     """Allocations fail: one of some hundreds to millions (fiu-run), or all that want more (a limit)."""
 

@@ -79,6 +79,30 @@ TEST_F(Queue, ARunningJobIsCancelled) {
   EXPECT_NE(job.problem.find("cancelled"), std::string::npos);
 }
 
+TEST_F(Queue, ACancelledJobHasEndedThoughItStillFreesWhatItHolds) {
+  std::atomic<bool> freed{false}, noticed{false};
+  const auto work = [&](Progress& progress) {
+    try {
+      return until_cancelled(progress);
+    } catch (const Error&) {
+      noticed = true;
+      while (!freed) std::this_thread::yield();
+      throw;
+    }
+  };
+  const std::string id = jobs_.submit("large", work).id;
+  wait_until_running(id);
+  jobs_.cancel(id);
+  EXPECT_EQ(jobs_.find(id)->status, JobStatus::cancelled);
+  const std::string next =
+      jobs_.submit("next", [&](Progress&) { return std::string(freed ? "{}" : "beside it"); }).id;
+  while (!noticed) std::this_thread::yield();
+  EXPECT_EQ(jobs_.find(next)->status, JobStatus::queued);
+  freed = true;
+  EXPECT_EQ(wait(next).result, "{}");
+  EXPECT_EQ(jobs_.find(id)->status, JobStatus::cancelled);
+}
+
 TEST_F(Queue, AWaitingJobIsCancelledWithoutRunning) {
   const std::string first = jobs_.submit("endless", until_cancelled).id;
   std::atomic<bool> ran{false};

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <numbers>
 
@@ -32,6 +33,23 @@ TEST(SoupSize, KnowsVolumesByParityWhateverTheOrientation) {
   EXPECT_NEAR(soup_size(soup).volume / (ball * (1.0 - 0.512)), 1.0, 0.03);
   EXPECT_NEAR(soup_size(test::box({1e6, 0, 0}, {1e6 + 1, 2, 3})).volume, 6.0, 0.1);
   EXPECT_EQ(soup_size(TriangleSoup{{{1, 2, 3}}, {{0, 0, 0}}}).volume, 0.0);
+}
+
+long peak_kib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+/// Each would cross thousands of columns: gigabytes, from a file of a few megabytes.
+TEST(SoupSize, TakesFewerColumnsOfLargeTrianglesOverEachOther) {
+  TriangleSoup soup = test::box(Vec3::Zero(), Vec3(2, 3, 4));
+  const std::vector<Triangle> once = soup.triangles;
+  for (int copy = 1; copy < 50'001; ++copy)
+    soup.triangles.insert(soup.triangles.end(), once.begin(), once.end());
+  const long before = peak_kib();
+  EXPECT_NEAR(soup_size(soup).volume, 24.0, 3.0);
+  EXPECT_LT(peak_kib() - before, 1 << 20);
 }
 
 TEST(Budget, NamesTheLargestCellsThatFit) {
