@@ -61,6 +61,30 @@ test('units, up axis and fit place the body in the world', async () => {
   await page.context().close();
 });
 
+const scene_of_meshes = JSON.stringify({name: 'landing', duration: null, frame_rate: 60, gravity: [0, -9.81, 0], bodies: [
+  {name: 'cube', type: 'deformable', mesh: 'meshes/dice.obj', meshing: {voxels: 32, cells: 6}, position: [0, 2, 0], density: 300,
+    edge_stiffness: 3000, diagonal_stiffness: 1000},
+  {name: 'rock', type: 'rigid', shape: {mesh: {file: 'meshes/rock.obj', meshing: {voxels: 32, cells: 6}}}, static: true, position: [0, 0, 0]}]});
+
+test('a scene asks for the meshes that are not open, and keeps what was there until it has them', async () => {
+  const page = await suite.open();
+  const tree = await tets(page);
+  await choose(page, 'landing.json', scene_of_meshes);
+  const card = page.locator('.problem-card');
+  await card.filter({hasText: 'needs dice.obj and rock.obj, which are not open'}).waitFor();
+  assert.equal(await page.getByRole('button', {name: 'Tets', exact: true}).getAttribute('aria-pressed'), 'true');
+  assert.equal(await tets(page), tree);
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), card.getByRole('button', {name: 'Open dice.obj and rock.obj'}).click()]);
+  await chooser.setFiles(['dice.obj', 'rock.obj'].map(name => ({name, mimeType: 'text/plain', buffer: Buffer.from(cube)})));
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  assert.equal(await card.count(), 0);
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await page.getByText('ready to play').waitFor();
+  assert.equal(await page.getByRole('button', {name: 'Tets', exact: true}).getAttribute('aria-pressed'), 'true');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('a damaged file says what, where and what next, and the last model stays', async () => {
   const page = await suite.open();
   const tree = await tets(page);

@@ -13,6 +13,12 @@ test('a lost server is noticed, and rejoined with the settings kept', async () =
   await cells(page).fill('15');
   await cells(page).press('Enter');
   const made = await eventually(() => tets(page), n => n < 6000, 'the coarser model');
+  const step = async () => {
+    await page.getByRole('button', {name: 'Step (.)'}).click();
+    await at_step(1);
+  };
+  const at_step = n => page.locator('.transport .time').filter({hasText: `step ${n} `}).waitFor();
+  await step();
   await server.stop();
   await page.getByText('The server does not answer; your settings are kept.').waitFor();
   const again = await start_server(server.port);
@@ -20,8 +26,8 @@ test('a lost server is noticed, and rejoined with the settings kept', async () =
     await page.locator('.problem-card').waitFor({state: 'detached'});
     assert.equal(await cells(page).inputValue(), '15');
     assert.equal(await tets(page), made);
-    await page.getByRole('button', {name: 'Step (.)'}).click();
-    await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+    await at_step(0);  // what was in view is there again
+    await step();
   } finally {
     await page.context().close();
     await again.stop();

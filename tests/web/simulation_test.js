@@ -31,6 +31,28 @@ test('play, pause, step, restart and scrub', async () => {
   await page.context().close();
 });
 
+test('while a scene is compiled to be played, Play stands as pressed, the model stays in view, and it can be taken back', async () => {
+  const page = await suite.open(small);
+  let go_on;
+  const held = new Promise(resolve => go_on = resolve);
+  await page.route('**/api/v1/simulations?*', async route => {
+    await held;
+    await route.continue();
+  });
+  await play(page);
+  await page.locator('.transport .time').filter({hasText: 'compiling…'}).waitFor();
+  assert.equal(await page.locator('.play').getAttribute('aria-label'), 'Pause (Space)');
+  assert.ok((await look(page)).tets > 2000, 'the tets are still there');
+  await pause(page);
+  go_on();
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  await play(page);
+  await played_to(page, 0.05);
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('the inspector plots the run and lists the plan with its reasons', async () => {
   const page = await suite.open(small);
   await play(page);

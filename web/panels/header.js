@@ -2,16 +2,17 @@ import {h, svg} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {menu_button} from '../ui/menu.js';
 import {words} from '../ui/format.js';
+import {mesh_types} from '../work/scene_meshes.js';
 
 export function header(app) {
   const {store, meshing} = app;
   const name = h('span', {class: 'mesh-name'});
   meshing.addEventListener('mesh', () => name.textContent = app.stem());
-  const picker = h('input', {type: 'file', accept: '.obj,.stl,.ply,.off,.glb,.ndjson,.json', hidden: true, 'aria-label': 'Mesh file'});
+  const picker = h('input', {type: 'file', accept: `${mesh_types},.ndjson,.json`, multiple: true, hidden: true, 'aria-label': 'Mesh file'});
   picker.addEventListener('change', () => {
-    const [file] = picker.files;
+    const files = [...picker.files];
     picker.value = '';  // the same file again is a change as well
-    if (file) app.open_file(file);
+    if (files.length) app.open_files(files);
   });
   app.choose_file = () => picker.click();
   const undo = button('', () => app.undo(), {name: 'undo', label: 'Undo'});

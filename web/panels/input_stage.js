@@ -35,7 +35,7 @@ function fill_report(app, report, facts, defects) {
   const size = report.bounds.max.map((x, axis) => x - report.bounds.min[axis]);
   const rows = [['Vertices', count(report.vertices)], ['Components', count(report.components)],
     ['Size', size.map(x => number(x)).join(' × ')], ['Area', number(report.area)],
-    report.closed ? ['Volume', number(report.volume)] : ['Closed', 'no']];
+    report.closed ? ['Volume', `${number(Math.abs(report.volume))}${report.volume < 0 ? ', inside out' : ''}`] : ['Closed', 'no']];
   facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
   defects.replaceChildren(...report.defects.filter(defect => defect.count > 0).map(defect => defect_row(app, defect)));
 }

@@ -4,6 +4,7 @@ import {theme_color} from '../ui/theme.js';
 import {number} from '../ui/format.js';
 
 const span = 600;  // frames kept in view
+const shortest = 0.1;  // seconds that a plot shows at least
 
 const plots = [
   {title: 'Volume error', logarithmic: true, series: [['total', m => Math.max(m.total_volume_error, 1e-17)], ['largest cell', m => Math.max(m.max_cell_volume_error, 1e-17)]]},
@@ -86,7 +87,7 @@ function make_chart(root, {title, logarithmic, series}) {
   root.append(holder);
   return new uPlot({
     width: root.clientWidth || 260, height: scaled(100), legend: {show: false}, cursor: {show: false}, padding: [8, 4, 0, 0],
-    scales: {x: {time: false}, y: logarithmic ? {distr: 3} : {}},
+    scales: {x: {time: false, range: (_, low, high) => [low, Math.max(high, low + shortest)]}, y: logarithmic ? {distr: 3} : {}},
     axes: [{...axis}, {...axis, size: scaled(46), ...logarithmic ? decades : {values: (_, ticks) => ticks.map(tick => number(tick, 2))}}],
     series: [{}, ...series.map(([name], k) => ({label: name, stroke: strokes[k], width: 1.5, points: {show: false}}))],
   }, [[], ...series.map(() => [])], holder);

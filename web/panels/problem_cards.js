@@ -3,12 +3,12 @@ import {button} from '../ui/fields.js';
 import {sentence} from '../ui/format.js';
 import {in_titles} from '../state/suggestions.js';
 
-/// What went wrong, where, and a way on: one card a problem, the newest below.
+/// What went wrong, where, and a way on: one card a problem, the newest below; of files only the last one stands.
 export function problem_cards(app) {
   const {events} = app;
   const list = h('div', {class: 'problems', role: 'alert'});
   events.addEventListener('problem', ({detail: {problem, actions = []}}) => {
-    for (const old of [...list.children]) if (old.dataset.code === String(problem.code)) old.remove();
+    for (const old of [...list.children]) if (old.dataset.code === String(problem.code) || problem.file && old.dataset.file) old.remove();
     list.append(problem_card(app, problem, actions));
   });
   events.addEventListener('solved', ({detail: code}) => {
@@ -25,7 +25,7 @@ function what_and_where({detail, message, title, file = ''}) {
 
 function problem_card(app, problem, actions) {
   const details = problem.errors?.map(({pointer, detail}) => h('li', {}, `${pointer.replace('/', '')}: ${detail}`)) ?? [];
-  const card = h('div', {class: 'problem-card', 'data-code': String(problem.code)},
+  const card = h('div', {class: 'problem-card', 'data-code': String(problem.code), 'data-file': problem.file},
     h('strong', {}, what_and_where(problem)),
     details.length > 1 ? h('ul', {}, details) : null,
     problem.hint ? h('p', {class: 'quiet'}, sentence(in_titles(problem.hint, app))) : null,

@@ -14,8 +14,8 @@ export function status_line({meshing, simulation, events}) {
   simulation.addEventListener('state', () => {
     if (simulation.state === told) return;
     told = simulation.state;
-    const words = {preparing: 'Compiling the scene…', playing: 'Playing', paused: 'Paused', finished: 'The simulation has finished', recording: 'Recording loaded'};
-    if (words[simulation.state]) line.textContent = words[simulation.state];
+    const words = {none: '', preparing: 'Compiling the scene…', playing: 'Playing', paused: 'Paused', finished: 'The simulation has finished', recording: 'Recording loaded'};
+    if (words[simulation.state] !== undefined) line.textContent = words[simulation.state];
   });
   events.addEventListener('say', ({detail}) => line.textContent = detail);
   events.addEventListener('server', ({detail}) => server.textContent = detail);

@@ -27,19 +27,21 @@ export function transport(app) {
     scrub.value = shown?.seq ?? 0;
     scrub.style.setProperty('--fill', `${100 * (scrub.value - scrub.min) / Math.max(1, scrub.max - scrub.min)}%`);
     scrub.setAttribute('aria-valuetext', shown ? `frame ${shown.seq}, ${shown.t.toFixed(2)} seconds` : 'no frame yet');
-    time.textContent = shown ? `${shown.t.toFixed(2)} s · step ${shown.seq} · ${milliseconds(shown.metrics?.step_ms)}` : 'ready to play';
+    time.textContent = shown ? `${shown.t.toFixed(2)} s · step ${shown.seq} · ${milliseconds(shown.metrics?.step_ms)}`
+      : playback.starting || simulation.state === 'preparing' ? 'compiling…' : 'ready to play';
   });
   const show_state = () => {
-    const playing = playback.playing;
+    const playing = playback.playing || playback.starting;
     play.replaceChildren(icon(playing ? 'pause' : 'play'));
     play.setAttribute('aria-label', playing ? 'Pause (Space)' : 'Play (Space)');
     play.title = play.getAttribute('aria-label');
+    play.setAttribute('aria-busy', String(playback.starting));
     record.disabled = simulation.state === 'recording';
     record.setAttribute('aria-pressed', String(simulation.recording));
     record.classList.toggle('recording', simulation.recording);
   };
   for (const name of ['frame', 'frames', 'bodies']) simulation.addEventListener(name, show_place);
-  simulation.addEventListener('state', show_state);
+  simulation.addEventListener('state', () => (show_state(), show_place()));
   show_state();
   show_place();
   return h('section', {class: 'transport', 'aria-label': 'Transport'}, restart, back, play, forward, record, speed, scrub, time);

@@ -84,6 +84,12 @@ export function make_scene(template, bounds, options) {
   return {...scene, bodies: [...scene.bodies, ...structuredClone(bodies_after)]};
 }
 
+export const file_name = path => path.split('/').at(-1);
+
+/// Paths of the meshes that a scene names by their files.
+export const mesh_files = ({bodies}) => [...new Set(bodies.flatMap(({mesh, shape}) => [mesh, shape?.mesh?.file ?? shape?.mesh]))]
+  .filter(path => path && path !== 'current');
+
 /// What POST /simulations takes: the model's id in place of "current", and what id_of knows in place of files.
 export function wire_scene(scene, model_id, id_of) {
   const named = mesh => mesh === 'current' ? model_id : id_of(mesh);

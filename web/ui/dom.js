@@ -43,6 +43,16 @@ export function once_a_frame(f) {
   };
 }
 
+/// The files that a person chooses; none when the dialog is left.
+export function choose_files(accept) {
+  const picker = h('input', {type: 'file', accept, multiple: true});
+  picker.click();
+  return new Promise(resolve => {
+    picker.addEventListener('change', () => resolve([...picker.files]));
+    picker.addEventListener('cancel', () => resolve([]));
+  });
+}
+
 export function download(blob, name) {
   const link = h('a', {href: URL.createObjectURL(blob), download: name});
   link.click();

@@ -7,6 +7,8 @@ const line_material = color => new THREE.LineBasicMaterial({color, depthTest: fa
 export class Highlight {
   constructor(viewport) {
     this.viewport = viewport;
+    this.group = new THREE.Group();
+    viewport.model.add(this.group);
     this.outline = this.add(new THREE.LineSegments(new THREE.BufferGeometry(), line_material('#ffffff')));
     this.ray = this.add(new THREE.Line(new THREE.BufferGeometry(), line_material('#ffb454')));
   }
@@ -15,8 +17,12 @@ export class Highlight {
     object.renderOrder = 4;
     object.frustumCulled = false;
     object.visible = false;
-    this.viewport.model.add(object);
+    this.group.add(object);
     return object;
+  }
+
+  show(on) {
+    this.group.visible = on;
   }
 
   /// The twelve triangles of a cell.

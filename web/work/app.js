@@ -14,6 +14,7 @@ import {exporting} from './exporting.js';
 import {picking} from './picking.js';
 import {dragging} from './dragging.js';
 import {scene_editing} from './scene_editing.js';
+import {scene_meshes} from './scene_meshes.js';
 import {report_problems} from './problems.js';
 
 /// Everything that the panels share, and what a person can do. Events on `events`: say, problem, solved, scene,
@@ -28,7 +29,7 @@ export function make_app(client) {
   app.tell = (name, detail) => app.events.dispatchEvent(new CustomEvent(name, {detail}));
   app.say = text => app.tell('say', text);
   app.run = action => run(app, action);
-  for (const room of [playing, opening, exporting, picking, dragging, scene_editing, history, page]) Object.assign(app, room(app));
+  for (const room of [playing, opening, exporting, picking, dragging, scene_editing, scene_meshes, history, page]) Object.assign(app, room(app));
   report_problems(app);
   return app;
 }

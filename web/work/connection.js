@@ -8,7 +8,7 @@ export function watch_server(app) {
   const notice = () => {
     if (lost) return;
     lost = true;
-    simulation.set_state('none');
+    end_run();
     app.tell('server', 'server lost');
     app.report({code: 'server_lost', title: 'The server does not answer', detail: 'The server does not answer; your settings are kept.',
       hint: 'Start it again with server/run. The page rejoins by itself.'});
@@ -25,14 +25,17 @@ export function watch_server(app) {
     app.tell('solved', 'server_lost');
     app.tell('server', '');
     app.say('The server is back');
+    if (simulation.state === 'recording') return;
     const {id} = app.store.get('mesh');
     const known = id && await client.get(`/meshes/${id}`).then(() => true, () => false);
     simulation.id = null;
     app.compiled = null;
-    simulation.set_state('none');
     if (known) meshing.request(false);
-    else await app.open(app.store.get('mesh'));
+    const opened = known || await app.open(app.store.get('mesh'));
+    if (opened && app.store.get('view.layers.sim')) await app.ready_to_step();
   };
+  /// A recording plays on without a server.
+  const end_run = () => simulation.state !== 'recording' && simulation.set_state('none');
 
   client.addEventListener('lost', notice);
   simulation.addEventListener('lost', () => fetch(client.url('/health')).catch(notice));

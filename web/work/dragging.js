@@ -18,6 +18,7 @@ export const dragging = app => {
     begin(hit);
     app.grabbed_by_pointer = true;
     drag.pointer = event.pointerId;
+    canvas.style.cursor = 'grabbing';
   }, {capture: true});
   canvas.addEventListener('pointermove', event => {
     if (!drag) return void hover(app, event);
@@ -57,6 +58,7 @@ export const dragging = app => {
     else store.commit();
     viewport.mark(null);
     drag = null;
+    canvas.style.cursor = '';
   };
 
   return {

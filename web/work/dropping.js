@@ -14,6 +14,6 @@ export function accept_drops(app) {
     event.preventDefault();
     depth = 0;
     hint.hidden = true;
-    app.open_file(event.dataTransfer.files[0]);
+    app.open_files([...event.dataTransfer.files]);
   });
 }

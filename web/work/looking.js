@@ -102,6 +102,7 @@ export class Looking extends EventTarget {
     this.update_tets(view, plane);
     this.update_voxels(view, plane);
     this.sim.show(layers.sim);
+    this.highlight.show(solid || layers.surface);  // what was picked of the model is nowhere in a run
     this.sim.update({look: view.sim_look, coloring: this.sim_colors, errors: view.color_by === 'volume_error',
       selected: this.sim_colors && this.selection(view.select, this.sim_colors, 5), edges_only: view.edges_only});
     this.viewport.invalidate();

@@ -41,6 +41,12 @@ export const opening = app => {
     open_sample(name) {
       return replace_mesh(app, {sample: name, id: null, name}, app.sample_params(name), {sample: name});
     },
+    /// A scene may come with its meshes.
+    open_files: files => app.run(async () => {
+      const document = files.find(({name}) => /\.json$/i.test(name));
+      if (document && files.length > 1) await app.take_meshes(files.filter(file => file !== document));
+      return app.open_file(document ?? files[0]);
+    }),
     open_file(file) {
       if (/\.ndjson$/i.test(file.name)) return app.replay(file);
       if (/\.json$/i.test(file.name)) return app.run(() => open_settings(app, file));
@@ -50,12 +56,6 @@ export const opening = app => {
     sample_params(name) {
       const {preset} = app.samples.meshes.find(sample => sample.name === name) ?? {};
       return {...app.defaults, ...app.presets.find(known => known.name === preset)?.values};
-    },
-    /// What the server knows the mesh of a scene's file by: that of a sample, or the open one.
-    mesh_of_file(path) {
-      const name = path.split('/').at(-1);
-      const sample = app.samples.meshes.find(({file}) => file.split('/').at(-1) === name);
-      return sample?.file ?? (meshing.mesh?.name === name ? meshing.mesh.id : path);
     },
     apply_params(values, label) {
       store.set(param_changes({...app.defaults, ...values}), label);

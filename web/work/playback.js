@@ -1,7 +1,7 @@
 /// Play, pause, step, restart and scrub: through the frames that were buffered, then on with the live simulation.
 export class Playback {
   constructor(simulation) {
-    this.simulation = simulation;
+    Object.assign(this, {simulation, starting: false});
     simulation.addEventListener('bodies', () => this.stop_replay());
   }
 
@@ -12,6 +12,12 @@ export class Playback {
   get at_end() {
     const {shown, buffer} = this.simulation;
     return !shown || shown.seq >= (buffer.last?.seq ?? 0);
+  }
+
+  /// While the scene is compiled to be played.
+  set_starting(starting) {
+    this.starting = starting;
+    this.simulation.tell('state');
   }
 
   async play() {

@@ -16,11 +16,13 @@ export const playing = app => {
   const compile_now = async continuing => {
     if (!meshing.model || meshing.preview || meshing.busy) await model_ready(meshing);
     const scene = structuredClone(store.get('scene'));
+    await app.find_meshes(scene);
     app.compiled = {scene, model: meshing.model.id};
     app.running = structuredClone(scene);
     await simulation.create(wire_scene(scene, meshing.model.id, app.mesh_of_file), continuing);
     simulation.speed = store.get('speed');
     if (simulation.speed !== 1) await simulation.patch({speed: simulation.speed});
+    if (simulation.id) await take_changes(false);  // made meanwhile
   };
 
   const stale = () => !simulation.id || app.compiled?.model !== meshing.model?.id || difference(app.running, store.get('scene')).structural;
@@ -30,14 +32,21 @@ export const playing = app => {
   const ready_to_step = () => getting_ready ??= get_ready().finally(() => getting_ready = null);
   const get_ready = async () => {
     await compiling?.catch(() => {});
-    if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
     if (!is_recording() && stale()) await compile();
+    if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
   };
 
-  const recompile = async (continuing = false) => {
-    const was_playing = playback.playing;
-    await compile(continuing);
-    if (was_playing && !playback.playing) await playback.play();
+  const recompile = (continuing = false) => playback.playing || playback.starting ? start(() => compile(continuing)) : compile(continuing);
+
+  /// Plays once it is ready, unless that was taken back meanwhile.
+  const start = async make_ready => {
+    playback.set_starting(true);
+    try {
+      await make_ready();
+      if (playback.starting && !playback.playing) await playback.play();
+    } finally {
+      playback.set_starting(false);
+    }
   };
 
   const restart_with_changes = async () => {
@@ -50,6 +59,7 @@ export const playing = app => {
     const scene = store.get('scene');
     const {patch, moves, structural, restarts} = difference(app.running, scene);
     if (structural && live) return null;
+    if (structural && restarts && !store.get('view.layers.sim')) return simulation.forget();
     if (structural) return restarts ? restart_with_changes() : recompile(true);
     app.running = structuredClone(scene);
     if (Object.keys(patch).length) await simulation.patch(patch);
@@ -70,9 +80,9 @@ export const playing = app => {
   return {
     ready_to_step,
     toggle_play: () => app.run(async () => {
+      if (playback.starting) return playback.set_starting(false);
       if (playback.playing) return playback.pause();
-      await ready_to_step();
-      await playback.play();
+      await start(ready_to_step);
     }),
     step: frames => app.run(async () => {
       await ready_to_step();
@@ -84,10 +94,7 @@ export const playing = app => {
       app.say('The run was ended; play starts it anew');
     }),
     /// When the server no longer has it.
-    start_again: () => app.run(async () => {
-      await compile();
-      await playback.play();
-    }),
+    start_again: () => app.run(() => start(compile)),
     /// From the start as the scene now says.
     restart: () => app.run(async () => {
       if (!is_recording() && simulation.id && !same(app.compiled.scene, store.get('scene'))) return recompile();
@@ -96,6 +103,7 @@ export const playing = app => {
     }),
     go_to_frame: seq => app.run(async () => {
       await ready_to_step();
+      app.say(`Simulating up to step ${seq}`);
       for (let at = simulation.shown?.seq ?? 0; at < seq; at += 60)
         await app.client.send('POST', `/simulations/${simulation.id}/steps`, {count: Math.min(60, seq - at)});
     }),

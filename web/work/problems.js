@@ -15,6 +15,7 @@ export function report_problems(app) {
 const set_params = ({store}, values, label) => store.set(param_changes(settle(store.get('params'), values)), label);
 
 function ways_on(app, problem, again) {
+  if (problem.missing) return [{title: `Open ${problem.missing.join(' and ')}`, run: () => app.choose_meshes(problem.missing).then(again)}];
   if (problem.file && problem.code !== 'server_lost') return [{title: 'Open another file', run: app.choose_file}];
   const named = app.ways_from_text(problem.hint ?? '');
   const actions = [...named, ...nearest_allowed(app, problem).filter(({title}) => named.every(other => other.title !== title))];
@@ -37,9 +38,10 @@ function renewal(app, {status, detail = ''}, again) {
   return busy.includes(status) && again ? {title: 'Try again', run: again} : null;
 }
 
-/// A field out of range becomes the nearest value that is allowed.
+/// A parameter out of range becomes the nearest value that is allowed; the meshing in a scene's file is not the page's.
 function nearest_allowed(app, {errors = []}) {
-  return errors.filter(({max}) => Number.isFinite(max)).map(({pointer, min, max}) => ({name: pointer.split('/').at(-1), min, max}))
+  return errors.filter(({pointer, max}) => Number.isFinite(max) && !pointer.startsWith('/bodies/'))
+    .map(({pointer, min, max}) => ({name: pointer.split('/').at(-1), min, max}))
     .filter(({name}) => name in app.defaults)
     .map(({name, min, max}) => {
       const value = Math.min(max, Math.max(min ?? -Infinity, app.store.get(`params.${name}`)));

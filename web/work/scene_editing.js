@@ -46,8 +46,9 @@ export const scene_editing = app => {
       app.tell('collider', index);
     },
     open_scene: sample => app.run(async () => app.open_scene_document(await app.client.get(sample.url))),
-    /// A scene as a file has it: its first mesh of the samples becomes the model that the page shows.
+    /// A scene as a file has it. What was there stays until all its meshes are found.
     async open_scene_document(scene) {
+      await app.find_meshes(scene);
       store.set({scene, template: own_scene, 'view.layers': only_sim, 'view.camera': null}, `scene ${scene.name}`);
       app.tell('scene');
       await app.ready_to_step();
