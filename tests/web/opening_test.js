@@ -46,6 +46,24 @@ test('of two meshes dropped at once the last one stays, and one step back is wha
   await page.context().close();
 });
 
+test('a mesh that takes long to be read says so and can be cancelled, and the last model stays', async () => {
+  const page = await suite.open();
+  const tree = await tets(page);
+  await page.route('**/meshes?name=slow.obj', () => {});  // never answered
+  await choose(page, 'slow.obj', cube);
+  const card = page.locator('.progress-card', {hasText: 'Opening slow.obj'});
+  await card.getByRole('button', {name: 'Cancel'}).click();
+  await status(page).filter({hasText: 'Cancelled'}).waitFor();
+  await card.waitFor({state: 'hidden'});
+  assert.equal(await tets(page), tree);
+  assert.equal(await page.locator('.mesh-name').textContent(), 'tree');
+  assert.equal(await page.locator('.problem-card').count(), 0);
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('units, up axis and fit place the body in the world', async () => {
   const page = await suite.open();
   await choose(page, 'cube.obj', cube);

@@ -1,6 +1,7 @@
 import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {milliseconds, words} from '../ui/format.js';
+import {unnoticed} from '../work/meshing.js';
 
 const long_step = 2000;  // milliseconds without a frame
 
@@ -10,9 +11,10 @@ export function progress_card({meshing, cancel, simulation, end_run}) {
   const text = h('span');
   const card = h('div', {class: 'card progress-card', hidden: true}, text, bar, button('Cancel', cancel));
   meshing.addEventListener('progress', () => {
-    const job = meshing.busy ? meshing.job : null;
-    card.hidden = !job || performance.now() - meshing.started < 300;
+    const {reading} = meshing, job = meshing.busy ? meshing.job : null;
+    card.hidden = !reading && (!job || performance.now() - meshing.started < unnoticed);
     if (card.hidden) return;
+    if (reading) return bar.removeAttribute('value'), text.textContent = `Opening ${reading.name}`;
     bar.value = job.fraction ?? 0;
     text.textContent = `${words(job.phase || 'waiting')}${job.eta_s ? ` · ${milliseconds(1000 * job.eta_s)} left` : ''}`;
   });

@@ -77,7 +77,7 @@ const page = app => ({
   look_along: name => app.viewport.fit(directions[name]),
   single_keys: () => localStorage.getItem('isochor-single-keys') !== 'off',
   cancel() {
-    if (!app.meshing.busy) return;
+    if (!app.meshing.busy && !app.meshing.reading) return;
     app.meshing.cancel();
     app.say('Cancelled; the last model stays');
   },

@@ -7,6 +7,9 @@ export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetra
 // distance field that the first one makes serves those after it.
 const preview_patience = 2000;
 
+/// Milliseconds of work before it shows how far it is.
+export const unnoticed = 300;
+
 export const sample_path = name => `/meshes?sample=${encodeURIComponent(name)}`;
 
 /// The way from the mesh and the parameters of the state to a model. The newest request wins: while a slider moves,
@@ -41,7 +44,15 @@ export class Meshing extends EventTarget {
     };
     this.opening = true;
     this.abort?.abort();
-    const mesh = await this.fetch_mesh({sample, id, file}).finally(() => this.opening = this.turn !== turn);
+    const reading = this.reading = Object.assign(new AbortController(), {name: file?.name ?? sample ?? id});
+    const late = setTimeout(() => this.tell('progress'), unnoticed);
+    const mesh = await this.fetch_mesh({sample, id, file}, reading).finally(() => {
+      clearTimeout(late);
+      if (this.turn !== turn) return;
+      this.opening = false;
+      this.reading = null;
+      this.tell('progress');
+    });
     give_way();
     Object.assign(this, {mesh, sample, made_with: null});
     this.model = this.cells = this.voxels = null;
@@ -54,18 +65,18 @@ export class Meshing extends EventTarget {
     this.tell('geometry');
   }
 
-  async fetch_mesh({sample, id, file}) {
-    if (sample) return this.client.send('POST', sample_path(sample));
-    if (file) return this.upload(file);
+  async fetch_mesh({sample, id, file}, {signal}) {
+    if (sample) return this.client.send('POST', sample_path(sample), undefined, {signal});
+    if (file) return this.upload(file, signal);
     return this.client.get(`/meshes/${id}`).catch(problem => {
       if (problem.status !== 404 || !this.files.has(id)) throw problem;
-      return this.upload(this.files.get(id));
+      return this.upload(this.files.get(id), signal);
     });
   }
 
-  async upload(file) {
+  async upload(file, signal) {
     try {
-      const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file});
+      const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file, signal});
       const mesh = await response.json();
       this.files.set(mesh.id, file);
       return mesh;
@@ -142,6 +153,7 @@ export class Meshing extends EventTarget {
   }
 
   cancel() {
+    if (this.reading) return this.reading.abort();
     this.abort?.abort();
     this.busy = false;
     for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';

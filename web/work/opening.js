@@ -98,6 +98,7 @@ async function replace_mesh(app, mesh, params, source) {
   } else if (app.refit) {
     adopt(before);
     app.refit = false;
+    if (Object.values(meshing.stages).some(({state}) => state === 'running')) meshing.request(false);  // cut off by the opening
   }
 }
 
