@@ -5,6 +5,7 @@ import {count, counted, milliseconds, number} from '../ui/format.js';
 export function status_line({meshing, simulation, events}) {
   const line = h('span', {role: 'status', 'aria-live': 'polite', class: 'message'});
   const server = h('span', {class: 'server'});
+  meshing.addEventListener('mesh', () => line.textContent = `${meshing.mesh.name}: ${counted(meshing.mesh.report.triangles, 'triangles')}`);
   meshing.addEventListener('model', () => {
     const {model, preview, took_ms} = meshing;
     line.textContent = `${preview ? 'Preview: ' : ''}${counted(model.tets, 'tets')} in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`;
