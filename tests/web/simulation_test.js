@@ -279,6 +279,11 @@ test('a recording is saved, and dropped on the page it plays again', async () =>
   await eventually(() => look(other), s => s.sand + s.tets > 3000, 'the body is seen');
   await play(other);
   await eventually(() => time(other), t => t >= frames.at(-1).t - 0.02, 'played to its end');
+  await other.locator('canvas.view').press('g');
+  await status(other).filter({hasText: 'A recording cannot be dragged'}).waitFor();
+  await other.getByRole('button', {name: 'Close the recording'}).click();
+  await other.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  assert.ok(await other.getByRole('button', {name: 'Record (R)'}).isVisible(), 'the scene again');
   no_complaints(other);
   await other.context().close();
 });

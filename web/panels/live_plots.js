@@ -86,7 +86,7 @@ function make_chart(root, {title, logarithmic, series}) {
     h('span', {class: `key key-${k}`}, name))));
   root.append(holder);
   return new uPlot({
-    width: root.clientWidth || 260, height: scaled(100), legend: {show: false}, cursor: {show: false}, padding: [8, 4, 0, 0],
+    width: root.clientWidth || 260, height: scaled(100), legend: {show: false}, cursor: {show: false}, padding: [8, 12, 0, 0],
     scales: {x: {time: false, range: (_, low, high) => [low, Math.max(high, low + shortest)]}, y: logarithmic ? {distr: 3} : {}},
     axes: [{...axis}, {...axis, size: scaled(46), ...logarithmic ? decades : {values: (_, ticks) => ticks.map(tick => number(tick, 2))}}],
     series: [{}, ...series.map(([name], k) => ({label: name, stroke: strokes[k], width: 1.5, points: {show: false}}))],

@@ -13,6 +13,7 @@ export function transport(app) {
   const forward = button('', () => app.step(1), {name: 'forward', label: 'Step (.)'});
   const restart = button('', () => app.restart(), {name: 'restart', label: 'Restart (Home)'});
   const record = button('', () => app.toggle_recording(), {name: 'record', label: 'Record (R)'});
+  const leave = button('', () => app.close_recording(), {name: 'close', label: 'Close the recording'});
   const speed = h('select', {'aria-label': 'Speed', title: 'Speed'}, speeds.map(value => h('option', {value: String(value), selected: value === 1}, `${value}×`)));
   speed.addEventListener('change', () => store.set({speed: Number(speed.value)}, 'Speed'));
   store.on('speed', () => speed.value = String(store.get('speed')));
@@ -36,7 +37,8 @@ export function transport(app) {
     play.setAttribute('aria-label', playing ? 'Pause (Space)' : 'Play (Space)');
     play.title = play.getAttribute('aria-label');
     play.setAttribute('aria-busy', String(playback.starting));
-    record.disabled = simulation.state === 'recording';
+    record.hidden = simulation.state === 'recording';
+    leave.hidden = !record.hidden;
     record.setAttribute('aria-pressed', String(simulation.recording));
     record.classList.toggle('recording', simulation.recording);
   };
@@ -44,5 +46,5 @@ export function transport(app) {
   simulation.addEventListener('state', () => (show_state(), show_place()));
   show_state();
   show_place();
-  return h('section', {class: 'transport', 'aria-label': 'Transport'}, restart, back, play, forward, record, speed, scrub, time);
+  return h('section', {class: 'transport', 'aria-label': 'Transport'}, restart, back, play, forward, record, leave, speed, scrub, time);
 }

@@ -103,7 +103,6 @@ export const playing = app => {
     }),
     go_to_frame: seq => app.run(async () => {
       await ready_to_step();
-      app.say(`Simulating up to step ${seq}`);
       for (let at = simulation.shown?.seq ?? 0; at < seq; at += 60)
         await app.client.send('POST', `/simulations/${simulation.id}/steps`, {count: Math.min(60, seq - at)});
     }),
@@ -111,6 +110,12 @@ export const playing = app => {
       app.compiled = null;
       if (await simulation.replay(file)) store.set({'view.layers': only_sim}, 'show the recording');
     }),
+    /// Back to the scene.
+    close_recording() {
+      simulation.forget();
+      app.say('Recording closed');
+      return store.get('view.layers.sim') && app.run(ready_to_step);
+    },
     toggle_recording: () => app.run(async () => {
       if (!simulation.recording) {
         await ready_to_step();
