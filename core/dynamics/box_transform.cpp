@@ -31,13 +31,12 @@ void BoxTransform::apply(float* values) const {
   const std::int64_t plane = std::int64_t{row_} * ny;
   float *a = planes_.data(), *b = scratch_.data();
   kernels.multiply({values, nx, 1, axes_[0].modes.data(), row_, a, row_, ny * nz, row_, nx});
-  for (int k = 0; k < nz; ++k)
-    kernels.multiply(
-        {axes_[1].transposed.data(), ny, 1, a + k * plane, row_, b + k * plane, row_, ny, row_, ny});
-  kernels.solve_columns({axes_[2].transposed.data(), axes_[2].modes.data(), weights_.data(), b, plane, nz,
-                         static_cast<int>(plane)});
-  for (int k = 0; k < nz; ++k)
-    kernels.multiply({axes_[1].modes.data(), ny, 1, b + k * plane, row_, a + k * plane, row_, ny, row_, ny});
+  const auto modes = [&](int axis) {
+    return newton::Modes{axes_[axis].transposed.data(), axes_[axis].modes.data(), size_[axis], false};
+  };
+  for (int k = 0; k < nz; ++k) kernels.to_modes({modes(1), a + k * plane, row_, b + k * plane, row_, row_});
+  kernels.solve_columns({modes(2), weights_.data(), b, plane, static_cast<int>(plane)});
+  for (int k = 0; k < nz; ++k) kernels.from_modes({modes(1), b + k * plane, row_, a + k * plane, row_, row_});
   kernels.multiply({a, row_, 1, axes_[0].transposed.data(), row_, b, row_, ny * nz, row_, nx});
   for (std::int64_t row = 0; row < std::int64_t{ny} * nz; ++row)
     std::copy_n(b + row * row_, nx, values + row * nx);

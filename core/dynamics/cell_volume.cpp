@@ -1,5 +1,8 @@
 #include "core/dynamics/cell_volume.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "core/dynamics/cell_volume_kernel.h"
 
 namespace isochor {
@@ -26,7 +29,15 @@ CentralAndApexes split(const CellCorners& corners, int parity) {
 
 double cell_volume(const CellCorners& corners, int parity) {
   const CentralAndApexes cell = split(corners, parity);
-  return detail::sixfold_volume(cell.central, cell.apexes) / (parity ? -6.0 : 6.0);
+  return detail::sixfold_tets(cell.central, cell.apexes).sum() / (parity ? -6.0 : 6.0);
+}
+
+double smallest_tet_volume(const CellCorners& corners, int parity) {
+  const CentralAndApexes cell = split(corners, parity);
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const double tet : detail::sixfold_tets(cell.central, cell.apexes).tet)
+    smallest = std::min(smallest, tet / (parity ? -6.0 : 6.0));
+  return smallest;
 }
 
 CellCorners cell_volume_gradient(const CellCorners& corners, int parity) {

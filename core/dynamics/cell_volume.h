@@ -13,6 +13,9 @@ using CellCorners = std::array<Vec3, 8>;
 /// 6V = −e₁·N₁ + (a₀−c₁)·N₀ + Σ(a_i−c₀)·N_i. An odd cell takes corner^1 and flips the sign.
 double cell_volume(const CellCorners& corners, int parity);
 
+/// Of the five tets.
+double smallest_tet_volume(const CellCorners& corners, int parity);
+
 /// ∂V/∂corner: 6∂V/∂a_i = N_i, 6∂V/∂c_j = Σ_{k≠j}(c_k−c_j)×(a_l−a_m), (j,k,l,m) an even permutation.
 CellCorners cell_volume_gradient(const CellCorners& corners, int parity);
 

@@ -29,14 +29,20 @@ inline T dot(const Point<T>& a, const Point<T>& b) {
 /// an odd cell, corner ^ 1.
 inline constexpr int central_corners[4] = {0, 5, 3, 6};
 
-/// Six times the volume of an even cell with central corners c and apexes a.
+/// Six times the volumes of the tets of an even cell with central corners c and apexes a, the central one
+/// last. Of an odd cell they are negative.
 template <class T>
-inline T sixfold_volume(const Point<T> (&c)[4], const Point<T> (&a)[4]) {
+struct SixfoldTets {
+  T tet[5];
+  T sum() const { return (tet[0] + tet[4]) + tet[1] + tet[2] + tet[3]; }
+};
+template <class T>
+inline SixfoldTets<T> sixfold_tets(const Point<T> (&c)[4], const Point<T> (&a)[4]) {
   const Point<T> e1 = c[1] - c[0], e2 = c[2] - c[0], e3 = c[3] - c[0];
   const Point<T> n1 = cross(e3, e2), n2 = cross(e1, e3), n3 = cross(e2, e1);
   const Point<T> n0 = n1 + n2 + n3;  // −N₀
-  return (dot(a[1] - c[0], n1) - dot(e1, n1)) + dot(a[2] - c[0], n2) + dot(a[3] - c[0], n3) -
-         dot(a[0] - c[1], n0);
+  return {{dot(a[1] - c[0], n1), dot(a[2] - c[0], n2), dot(a[3] - c[0], n3), -dot(a[0] - c[1], n0),
+           -dot(e1, n1)}};
 }
 
 /// Six times ∂V/∂c and ∂V/∂a. The cross product of edge jk and the opposite apexes serves c_j and c_k both.

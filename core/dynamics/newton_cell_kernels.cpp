@@ -17,21 +17,24 @@ inline CentralAndApexes<Doubles> load_corners(Points points, std::int64_t slot, 
 
 void errors(Runs runs, Strides strides, Points points, const double* inverse_volumes, double* result,
             ErrorSums* sums) {
-  Doubles squares{}, largest_error{}, excess{};
+  Doubles squares{}, largest_error{}, excess{}, smallest_tet = broadcast(1.0);
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += double_lanes) {
       const Doubles inverse = load(inverse_volumes + s);
       CentralAndApexes<Doubles> cells = load_corners(points, s, strides);
       exchange(cells, inverse < 0.0);
       const Doubles present = inverse != 0.0 ? broadcast(1.0) : Doubles{};
-      const Doubles error = detail::sixfold_volume(cells.central, cells.apexes) * inverse - present;
+      const auto sixfold = detail::sixfold_tets(cells.central, cells.apexes);
+      const Doubles error = sixfold.sum() * inverse - present;
       store(result + s, error);
       squares += error * error;
       largest_error = maximum(largest_error, absolute(error));
       // V0 = 1/(6·|inverse|); the sum is kept six times too large until its end.
       excess += inverse != 0.0 ? error / absolute(inverse) : Doubles{};
+      for (const Doubles& tet : sixfold.tet)
+        smallest_tet = inverse != 0.0 ? minimum(tet * inverse, smallest_tet) : smallest_tet;
     }
-  *sums = {sum(squares), largest(largest_error), sum(excess) / 6.0};
+  *sums = {sum(squares), largest(largest_error), sum(excess) / 6.0, smallest(smallest_tet)};
 }
 
 /// (last of before, all but the last of now).

@@ -1,6 +1,7 @@
 #include "core/dynamics/newton_fast_diagonalization.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "core/parallel/parallel.h"
@@ -76,12 +77,49 @@ FastDiagonalization::FastDiagonalization(const LatticeLayout& layout)
       origin_(layout.origin),
       row_((layout.size[0] + chunk - 1) / chunk * chunk) {
   const auto weights = separable_weights(layout);
-  for (int axis = 0; axis < 3; ++axis) axes_[axis] = make_axis(weights[axis], axis == 0 ? row_ : size_[axis]);
+  for (int axis = 0; axis < 3; ++axis) axes_[axis] = make_axis(weights[axis], axis == 0 ? row_ : 0);
   const std::int64_t count = std::int64_t{row_} * size_[1] * size_[2];
   for (auto* array : {&inverse_eigenvalues_, &values_, &scratch_}) *array = AlignedArray<float>(count);
   set_areas({1.0, 1.0, 1.0});
 }
 
+namespace {
+
+struct Eigenpairs {
+  Eigen::MatrixXd vectors;  ///< VᵀGV = 1
+  Eigen::VectorXd values;
+};
+
+/// Those of K v = λ G v for vectors v = basis·u.
+Eigenpairs solve_within(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& k, const Eigen::MatrixXd& g) {
+  const Eigen::MatrixXd inside_k = basis.transpose() * k * basis, inside_g = basis.transpose() * g * basis;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(inside_k, inside_g);
+  return {basis * solver.eigenvectors(), solver.eigenvalues()};
+}
+
+/// Even vectors first, then odd ones.
+Eigenpairs solve_mirrored(const Eigen::MatrixXd& k, const Eigen::MatrixXd& g) {
+  const Eigen::Index size = k.rows(), odd = size / 2, even = size - odd;
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size), mirror = one.rowwise().reverse();
+  const Eigenpairs evens = solve_within((0.5 * (one + mirror)).leftCols(even), k, g);
+  if (odd == 0) return evens;
+  const Eigenpairs odds = solve_within((0.5 * (one - mirror)).leftCols(odd), k, g);
+  Eigenpairs result{Eigen::MatrixXd(size, size), Eigen::VectorXd(size)};
+  result.vectors << evens.vectors, odds.vectors;
+  result.values << evens.values, odds.values;
+  return result;
+}
+
+bool is_mirrored(const std::vector<double>& weights) {
+  constexpr double round_off = 1e-12;
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    if (std::abs(weights[i] - weights[weights.size() - 1 - i]) > round_off * weights[i]) return false;
+  return true;
+}
+
+}  // namespace
+
+/// The first axis multiplies from the right, with whole rows; row: its length in memory, 0 of the others.
 FastDiagonalization::Axis FastDiagonalization::make_axis(const std::vector<double>& weights, int row) {
   const int cells = static_cast<int>(weights.size()) - 1;
   Eigen::MatrixXd difference = Eigen::MatrixXd::Zero(cells, cells + 1), mean = difference;
@@ -93,23 +131,34 @@ FastDiagonalization::Axis FastDiagonalization::make_axis(const std::vector<doubl
   const Eigen::VectorXd w = Eigen::Map<const Eigen::VectorXd>(weights.data(), cells + 1);
   const Eigen::MatrixXd k = difference * w.asDiagonal() * difference.transpose();
   const Eigen::MatrixXd g = mean * w.asDiagonal() * mean.transpose();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, g);
-
-  Axis axis{AlignedArray<float>(std::int64_t{cells} * row),
-            AlignedArray<float>(std::int64_t{cells} * row),
-            {},
-            {},
-            {}};
+  Axis axis;
+  axis.mirrored = row == 0 && is_mirrored(weights);
+  const Eigenpairs pairs =
+      axis.mirrored ? solve_mirrored(k, g) : solve_within(Eigen::MatrixXd::Identity(cells, cells), k, g);
   for (int i = 0; i < cells; ++i) {
-    for (int j = 0; j < cells; ++j) {
-      axis.modes[std::int64_t{i} * row + j] = static_cast<float>(solver.eigenvectors()(i, j));
-      axis.transposed[std::int64_t{j} * row + i] = static_cast<float>(solver.eigenvectors()(i, j));
-    }
-    axis.eigenvalues.push_back(solver.eigenvalues()[i]);
+    axis.eigenvalues.push_back(pairs.values[i]);
     axis.stiffness.push_back(k(i, i));
     axis.mean.push_back(g(i, i));
   }
+  const int stride = std::max(row, cells);
+  axis.backward = AlignedArray<float>(std::int64_t{cells} * stride);
+  axis.forward = AlignedArray<float>(std::int64_t{cells} * stride);
+  const auto place = [&](int first, int count, std::int64_t offset, std::int64_t length) {
+    for (int i = 0; i < count; ++i)
+      for (int j = 0; j < count; ++j) {
+        const auto value = static_cast<float>(pairs.vectors(i, first + j));
+        axis.backward[offset + i * length + j] = value;
+        axis.forward[offset + j * length + i] = value;
+      }
+  };
+  const int odd = axis.mirrored ? cells / 2 : 0, even = cells - odd;
+  place(0, even, 0, axis.mirrored ? even : stride);
+  place(even, odd, std::int64_t{even} * even, odd);
   return axis;
+}
+
+Modes FastDiagonalization::Axis::modes() const {
+  return {forward.data(), backward.data(), static_cast<int>(eigenvalues.size()), mirrored};
 }
 
 void FastDiagonalization::set_areas(const std::array<double, 3>& alpha) {
@@ -130,60 +179,59 @@ double FastDiagonalization::diagonal(int i, int j, int k) const {
          x.mean[i] * y.mean[j] * z.stiffness[k];
 }
 
-void FastDiagonalization::forward(std::int64_t plane, const float* from) const {
+void FastDiagonalization::forward_plane(std::int64_t plane, const float* from) const {
   const std::int64_t rows = std::int64_t{row_} * size_[1];
   float *scratch = scratch_.data() + plane * rows, *values = values_.data() + plane * rows;
   const auto& kernels = stencil_kernels();
-  kernels.multiply({from + origin_ + plane * strides_.plane, strides_.row, 1, axes_[0].modes.data(), row_,
+  kernels.multiply({from + origin_ + plane * strides_.plane, strides_.row, 1, axes_[0].backward.data(), row_,
                     scratch, row_, size_[1], row_, size_[0]});
-  kernels.multiply(
-      {axes_[1].transposed.data(), size_[1], 1, scratch, row_, values, row_, size_[1], row_, size_[1]});
+  kernels.to_modes({axes_[1].modes(), scratch, row_, values, row_, row_});
 }
 
-void FastDiagonalization::backward(std::int64_t plane, float* to) const {
+void FastDiagonalization::backward_plane(std::int64_t plane, float* to) const {
   const std::int64_t rows = std::int64_t{row_} * size_[1];
   float *scratch = scratch_.data() + plane * rows, *values = values_.data() + plane * rows;
-  const auto& kernels = stencil_kernels();
-  kernels.multiply(
-      {axes_[1].modes.data(), size_[1], 1, values, row_, scratch, row_, size_[1], row_, size_[1]});
-  kernels.multiply(
-      {scratch, row_, 1, axes_[0].transposed.data(), row_, values, row_, size_[1], row_, size_[0]});
   float* target = to + origin_ + plane * strides_.plane;
+  const auto& kernels = stencil_kernels();
+  kernels.from_modes({axes_[1].modes(), values, row_, scratch, row_, row_});
+  const bool fits = size_[0] == row_;
+  kernels.multiply({scratch, row_, 1, axes_[0].forward.data(), row_, fits ? target : values,
+                    fits ? strides_.row : row_, size_[1], row_, size_[0]});
+  if (fits) return;
   for (int j = 0; j < size_[1]; ++j)
     std::copy_n(values + std::int64_t{j} * row_, size_[0], target + j * strides_.row);
 }
 
-template <class Body>
-void FastDiagonalization::for_work(std::int64_t count, const Body& body) const {
-  if (parallel_)
-    parallel_for(count, (count + parts - 1) / parts, body);
-  else
-    body(0, count);
+void FastDiagonalization::forward(const LatticeLayout::Slab& slab, const float* from) const {
+  for (std::int64_t i = 0; i < slab.planes; ++i) forward_plane(slab.first_plane + i, from);
 }
 
-void FastDiagonalization::apply(const float* from, float* to) const {
-  const std::int64_t columns = std::int64_t{row_} * size_[1];
-  for_work(size_[2], [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t plane = begin; plane < end; ++plane) forward(plane, from);
-  });
-  for_work(columns / chunk, [&](std::int64_t begin, std::int64_t end) {
+void FastDiagonalization::backward(const LatticeLayout::Slab& slab, float* to) const {
+  for (std::int64_t i = 0; i < slab.planes; ++i) backward_plane(slab.first_plane + i, to);
+}
+
+void FastDiagonalization::solve_columns() const {
+  const std::int64_t columns = std::int64_t{row_} * size_[1], blocks = columns / chunk;
+  const auto solve = [&](std::int64_t begin, std::int64_t end) {
     const std::int64_t first = begin * chunk, count = (end - begin) * chunk;
-    stencil_kernels().solve_columns({axes_[2].transposed.data(), axes_[2].modes.data(),
-                                     inverse_eigenvalues_.data() + first, values_.data() + first, columns,
-                                     size_[2], static_cast<int>(count)});
-  });
-  for_work(size_[2], [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t plane = begin; plane < end; ++plane) backward(plane, to);
-  });
+    stencil_kernels().solve_columns({axes_[2].modes(), inverse_eigenvalues_.data() + first,
+                                     values_.data() + first, columns, static_cast<int>(count)});
+  };
+  if (parallel_)
+    parallel_for(blocks, (blocks + parts - 1) / parts, solve, Work::alike);
+  else
+    solve(0, blocks);
 }
 
 double FastDiagonalization::products() const {
-  return 2.0 * (size_[0] + size_[1] + size_[2]) * static_cast<double>(values_.size());
+  double products = size_[0];
+  for (int axis = 1; axis < 3; ++axis) products += (axes_[axis].mirrored ? 0.5 : 1.0) * size_[axis];
+  return 2.0 * products * static_cast<double>(values_.size());
 }
 
 std::int64_t FastDiagonalization::bytes() const {
   std::int64_t result = inverse_eigenvalues_.bytes() + values_.bytes() + scratch_.bytes();
-  for (const Axis& axis : axes_) result += axis.modes.bytes() + axis.transposed.bytes();
+  for (const Axis& axis : axes_) result += axis.backward.bytes() + axis.forward.bytes();
   return result;
 }
 

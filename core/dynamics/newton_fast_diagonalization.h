@@ -22,22 +22,24 @@ class FastDiagonalization {
   void set_areas(const std::array<double, 3>& alpha);
   /// Of the operator for α = 1.
   double diagonal(int i, int j, int k) const;
-  /// From and to the layout's slots; reads zero where there is no cell.
-  void apply(const float* from, float* to) const;
-  double products() const;  ///< multiplications of apply
+  /// The inverse in three parts: all planes forward, the columns across them, all planes backward. From and
+  /// to the layout's slots; reads zero where there is no cell.
+  void forward(const LatticeLayout::Slab& slab, const float* from) const;
+  void solve_columns() const;
+  void backward(const LatticeLayout::Slab& slab, float* to) const;
+  double products() const;  ///< multiplications of the three
   std::int64_t bytes() const;
 
  private:
   struct Axis {
-    AlignedArray<float> modes, transposed;  ///< V and Vᵀ, rows padded where they are the right factor
+    AlignedArray<float> backward, forward;             ///< V and Vᵀ, or halves of them (Modes)
     std::vector<double> eigenvalues, stiffness, mean;  ///< λ, diagonals of K and G
+    bool mirrored = false;
+    Modes modes() const;
   };
   static Axis make_axis(const std::vector<double>& weights, int row);
-  void forward(std::int64_t plane, const float* from) const;
-  void backward(std::int64_t plane, float* to) const;
-
-  template <class Body>
-  void for_work(std::int64_t count, const Body& body) const;
+  void forward_plane(std::int64_t plane, const float* from) const;
+  void backward_plane(std::int64_t plane, float* to) const;
 
   bool parallel_;
   std::array<int, 3> size_;

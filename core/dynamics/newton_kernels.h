@@ -46,6 +46,7 @@ struct Gradients {
 
 struct ErrorSums {
   double squares, largest, excess;  ///< Σ C², max |C|, Σ (V − V0)
+  double smallest_tet;              ///< min of V_t/V0
 };
 
 /// In double. sign: positive for an even cell, negative for an odd one, 0 where there is none (or an
@@ -75,13 +76,31 @@ struct SmallProduct {
   int rows, columns, inner;
 };
 
+/// The eigenvectors V of an axis. Of an axis that is its own mirror image they are even or odd, and half of
+/// each is enough: first the even ones, (size+1)/2 of them, then the odd ones.
+struct Modes {
+  const float *forward,
+      *backward;  ///< Vᵀ and V; when mirrored, halves of the even ones, then of the odd ones
+  int size;
+  bool mirrored;
+};
+/// to = Vᵀ·from or V·from; columns are contiguous and a multiple of chunk.
+struct ModesProduct {
+  Modes modes;
+  const float* from;
+  std::int64_t from_row;
+  float* to;
+  std::int64_t to_row;
+  int columns;
+};
+
 /// values = V·diag(d)·Vᵀ·values for a block of columns; every column has its own d.
 struct ColumnSolve {
-  const float *forward, *backward;  ///< Vᵀ and V, size × size
+  Modes modes;
   const float* inverse_diagonal;
   float* values;
   std::int64_t stride;
-  int size, columns;
+  int columns;
 };
 
 /// A search direction s of the conjugate residuals, its image A·s, and that preconditioned.
@@ -130,6 +149,8 @@ struct StencilKernels {
   /// solution += alpha·search, residual −= alpha·image, z −= alpha·preconditioned; returns max |residual|.
   float (*advance)(Runs runs, float alpha, Direction direction, float* solution, float* residual, float* z);
   void (*multiply)(const SmallProduct& product);
+  void (*to_modes)(const ModesProduct& product);
+  void (*from_modes)(const ModesProduct& product);
   void (*solve_columns)(const ColumnSolve& solve);
 };
 

@@ -106,12 +106,15 @@ class LayoutBuilder {
     }
     for (const std::int32_t s : layout_.vertex_slots)
       if (s < layout_.first_extra) node_chunks[s / chunk] = 1;
-    std::int64_t cells = 0, first = 0;
+    std::int64_t cells = 0, first = 0, left = std::ssize(layout_.cell_slots);
     for (std::int64_t plane = 0; plane < planes; ++plane) {
       cells += cells_of_plane[plane];
+      left -= cells_of_plane[plane];
+      // The last ones take what is less than half a slab, the nodes behind the last cells at least.
       const bool last = plane + 1 == planes;
-      if (cells < cells_a_slab && !last) continue;
-      layout_.slabs.push_back({runs(cell_chunks, first, plane + 1), runs(node_chunks, first, plane + 1)});
+      if (!last && (cells < cells_a_slab || left < cells_a_slab / 2)) continue;
+      layout_.slabs.push_back({runs(cell_chunks, first, plane + 1), runs(node_chunks, first, plane + 1),
+                               first, std::min<std::int64_t>(plane + 1, bounds_.size[2]) - first});
       cells = 0;
       first = plane + 1;
     }

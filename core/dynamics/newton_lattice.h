@@ -29,7 +29,8 @@ struct LatticeLayout {
   };
   /// Some whole planes of the lattice: the unit of parallel work, large enough to be worth a thread's time.
   struct Slab {
-    std::vector<Run> cells, nodes;  ///< chunks with a cell, with a vertex
+    std::vector<Run> cells, nodes;     ///< chunks with a cell, with a vertex
+    std::int64_t first_plane, planes;  ///< of cells
   };
   /// Bodies of fewer slabs are done before a second thread has woken up.
   static constexpr std::size_t fewest_parallel_slabs = 8;
@@ -71,7 +72,7 @@ struct LatticeLayout {
     if (slabs.size() < fewest_parallel_slabs)
       range(0, turns);
     else
-      parallel_for(turns, 1, range);
+      parallel_for(turns, 1, range, Work::alike);
   }
   /// Calls visit(slot of the cell, corner) for all cells at a vertex.
   template <class Visit>

@@ -5,33 +5,37 @@
 
 namespace isochor::newton {
 
-std::int64_t LatticeSystem::count_rowless() const {
-  return std::count_if(model_.mesh->cells.begin(), model_.mesh->cells.end(), [&](const Cell& cell) {
-    return std::all_of(cell.corners.begin(), cell.corners.end(),
-                       [&](std::int32_t corner) { return immovable_[slot(corner)] != 0; });
+/// Cells that have lost their row with the particle: all their corners stand still, and of those that are not
+/// pinned this is the first.
+std::int64_t LatticeSystem::count_rowless(std::int32_t held) const {
+  std::int64_t count = 0;
+  layout_.visit_cells(held, [&](std::int64_t cell, int corner) {
+    bool counts = true;
+    for (int b = 0; b < 8; ++b) {
+      const std::int64_t s = layout_.corner_slot(cell, b);
+      counts &= immovable_[s] != 0 && (b >= corner || inverse_masses_[s] == 0.0);
+    }
+    count += counts;
   });
+  return count;
 }
 
 void LatticeSystem::block(std::span<const BlockedParticle> blocked) {
-  bool any_held = false;
   for (const BlockedParticle& particle : blocked) {
     const std::int32_t s = slot(particle.particle);
     blocked_.push_back({s, particle.inverse_mass, Vec3::Zero()});
-    weights_[s] = 1.0F;
     immovable_[s] = particle.inverse_mass.isZero(0.0);
-    any_held |= immovable_[s] != 0;
   }
   for (const RigidCarrier& carrier : carriers_)
     for (const CarriedParticle& carried : carrier.particles) immovable_[slot(carried.particle)] = 0;
-  rowless_ = any_held ? count_rowless() : rowless_when_free_;
+  rowless_ = rowless_when_free_;
+  for (const Blocked& particle : blocked_)
+    if (immovable_[particle.slot] && inverse_masses_[particle.slot] > 0.0)
+      rowless_ += count_rowless(particle.slot);
 }
 
 void LatticeSystem::unblock() {
-  const auto release = [&](std::int32_t s) {
-    weights_[s] = static_cast<float>(inverse_masses_[s] / mean_inverse_mass_);
-    immovable_[s] = inverse_masses_[s] == 0.0;
-  };
-  for (const Blocked& blocked : blocked_) release(blocked.slot);
+  for (const Blocked& blocked : blocked_) immovable_[blocked.slot] = inverse_masses_[blocked.slot] == 0.0;
   blocked_.clear();
 }
 
@@ -76,11 +80,22 @@ void LatticeSystem::weigh_irregular_gradients(const PointArray& points) {
 
 void LatticeSystem::weigh_blocked_gradients() {
   for (const Blocked& blocked : blocked_) {
-    const Eigen::Matrix3f weight = (blocked.inverse_mass / mean_inverse_mass_).cast<float>();
+    const double free = inverse_masses_[blocked.slot];
+    if (free == 0.0) continue;
+    const Eigen::Matrix3f weight = (blocked.inverse_mass / free).cast<float>();
     layout_.visit_cells(blocked.slot, [&](std::int64_t cell, int corner) {
-      weighted_gradient(cell, corner) = (weight * weighted_gradient(cell, corner)).eval();
+      auto gradient = weighted_gradient(cell, corner);
+      replaced_.push_back({cell, corner, gradient});
+      gradient = weight * replaced_.back().value;
     });
   }
+  blocked_are_weighed_ = true;
+}
+
+void LatticeSystem::restore_blocked_gradients() {
+  for (const FreeGradient& free : replaced_) weighted_gradient(free.cell, free.corner) = free.value;
+  replaced_.clear();
+  blocked_are_weighed_ = false;
 }
 
 /// J B of each carrier, at the points.

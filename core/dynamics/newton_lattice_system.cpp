@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "core/dynamics/lattice_box.h"
 #include "core/parallel/cancel_scope.h"
@@ -59,7 +60,10 @@ void LatticeSystem::set_masses() {
     weights_[s] = static_cast<float>(model_.inverse_masses[i] / mean_inverse_mass_);
     immovable_[s] = model_.inverse_masses[i] == 0.0;
   }
-  rowless_ = rowless_when_free_ = count_rowless();
+  rowless_when_free_ = std::ranges::count_if(model_.mesh->cells, [&](const Cell& cell) {
+    return std::ranges::all_of(cell.corners, [&](std::int32_t i) { return model_.inverse_masses[i] == 0.0; });
+  });
+  rowless_ = rowless_when_free_;
 }
 
 /// By trial, on random errors at rest.
@@ -84,10 +88,26 @@ void LatticeSystem::gather(const Coordinates& from, PointArray& to) const {
   }
 }
 
+bool LatticeSystem::stands_at(const Coordinates& from, const PointArray& points) const {
+  const auto same = [](const double* a, const double* b, std::int32_t count) {
+    return std::memcmp(a, b, count * sizeof(double)) == 0;
+  };
+  return std::ranges::all_of(layout_.vertex_runs, [&](const LatticeLayout::VertexRun& run) {
+    return same(from.x.data() + run.vertex, points.axis(0) + run.slot, run.count) &&
+           same(from.y.data() + run.vertex, points.axis(1) + run.slot, run.count) &&
+           same(from.z.data() + run.vertex, points.axis(2) + run.slot, run.count);
+  });
+}
+
 void LatticeSystem::load(const ProjectionRequest& request, const Coordinates& positions) {
-  gather(request.start ? *request.start : positions, start_);
+  const Coordinates& start = request.start ? *request.start : positions;
+  // Rounds of contacts begin at the same start: its gradients serve them all.
+  weighted_at_start_ = weighted_at_start_ && stands_at(start, start_);
+  if (weighted_at_start_)
+    restore_blocked_gradients();
+  else
+    gather(start, start_);
   gather(positions, x_);
-  weighted_at_start_ = false;
   lifting_ = request.lifting;
   unblock();
   load_carriers(request.carriers);
@@ -130,6 +150,7 @@ VolumeErrors LatticeSystem::evaluate(double t) {
   const PointArray& points = moved ? trial_ : x_;
   VolumeErrors result;
   double excess = 0.0;
+  smallest_tet_ = 1.0;
   layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
     kernels_.errors(as_runs(slab.cells), layout_.strides, points.view(), inverse_volumes_.data(),
                     errors_.data(), &slab_sums_[i]);
@@ -138,11 +159,14 @@ VolumeErrors LatticeSystem::evaluate(double t) {
     result.sum_of_squares += sums.squares;
     result.max = std::max(result.max, sums.largest);
     excess += sums.excess;
+    if (!(smallest_tet_ <= sums.smallest_tet)) smallest_tet_ = sums.smallest_tet;
   }
   for (std::size_t i = 0; i < layout_.irregular_cells.size(); ++i) {
     const std::int32_t cell = layout_.irregular_cells[i].slot;
     const double rest = irregular_rest_volumes_[i];
-    const double difference = cell_volume(corners(cell, points), layout_.parity(cell)) - rest;
+    const CellCorners at = corners(cell, points);
+    const double difference = cell_volume(at, layout_.parity(cell)) - rest;
+    smallest_tet_ = std::min(smallest_tet_, smallest_tet_volume(at, layout_.parity(cell)) / rest);
     errors_[cell] = difference / rest;
     result.sum_of_squares += errors_[cell] * errors_[cell];
     result.max = std::max(result.max, std::abs(errors_[cell]));
@@ -172,14 +196,18 @@ void LatticeSystem::weigh_gradients(const PointArray& points) {
     stencil_kernels().gradients(cells(slab, points), weights_.data(), weighted_);
   });
   weigh_irregular_gradients(points);
-  weigh_blocked_gradients();
-  set_carrier_rows(points, &CarrierRows::start);
+  replaced_.clear();
+  blocked_are_weighed_ = false;
 }
 
 void LatticeSystem::linearize(Directions directions) {
   const bool at_start = directions == Directions::start;
   if (!at_start || !weighted_at_start_) weigh_gradients(at_start ? start_ : x_);
   weighted_at_start_ = at_start;
+  if (!blocked_are_weighed_) {
+    weigh_blocked_gradients();
+    set_carrier_rows(at_start ? start_ : x_, &CarrierRows::start);
+  }
   set_carrier_rows(x_, &CarrierRows::own);
   layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
     stencil_kernels().assemble(cells(slab, x_), weighted_, solver_.stencil());

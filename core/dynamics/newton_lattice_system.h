@@ -44,6 +44,7 @@ class LatticeSystem final : public NewtonSystem {
   bool is_free() const override { return pinned_ == 0 && blocked_.empty() && carriers_.empty(); }
   std::int64_t rowless_cells() const override { return rowless_; }
   std::int64_t worst_cell() const override;
+  std::optional<bool> any_inverted() const override { return !(smallest_tet_ > 0.0); }
   std::int64_t bytes() const override;
 
  private:
@@ -65,6 +66,7 @@ class LatticeSystem final : public NewtonSystem {
   void choose_preconditioner();
   std::int32_t slot(std::int32_t particle) const { return layout_.vertex_slots[particle]; }
   void gather(const Coordinates& from, PointArray& to) const;
+  bool stands_at(const Coordinates& from, const PointArray& points) const;
   CellCorners corners(std::int64_t cell, const PointArray& points) const;
   /// In the units of the linear solve.
   CellCorners scaled_gradient(std::int64_t cell, const PointArray& points) const;
@@ -77,10 +79,11 @@ class LatticeSystem final : public NewtonSystem {
   void unblock();
   bool carry_on_multipliers(double length);
   void load_carriers(std::span<RigidCarrier> carriers);
-  std::int64_t count_rowless() const;
+  std::int64_t count_rowless(std::int32_t held) const;
   StridedVector weighted_gradient(std::int64_t cell, int corner);
   void weigh_irregular_gradients(const PointArray& points);
   void weigh_blocked_gradients();
+  void restore_blocked_gradients();
   void set_carrier_rows(const PointArray& points, CarrierSide side);
   void set_irregular_rows(const PointArray& points);
   void add_irregular_forces(const PointArray& points, double factor, const float* multipliers);
@@ -99,7 +102,8 @@ class LatticeSystem final : public NewtonSystem {
 
   PointArray start_, x_, trial_, direction_, forces_;
   std::vector<ErrorSums> slab_sums_;
-  double trial_t_ = -1.0;  ///< trial_ = x_ + trial_t_·direction_, unless negative
+  double smallest_tet_ = 0.0;  ///< where errors were evaluated last, over its cell's volume
+  double trial_t_ = -1.0;      ///< trial_ = x_ + trial_t_·direction_, unless negative
   AlignedArray<double> inverse_volumes_, errors_, inverse_masses_;
   AlignedArray<float> sign_, weights_;  ///< inverse masses over their mean
   StencilSolver solver_;
@@ -112,6 +116,14 @@ class LatticeSystem final : public NewtonSystem {
   Gradients weighted_{};
   std::vector<Eigen::Matrix<float, 3, 8>> weighted_irregular_;
   bool weighted_at_start_ = false;
+  /// What blocked particles have replaced there.
+  struct FreeGradient {
+    std::int64_t cell;
+    int corner;
+    Eigen::Vector3f value;
+  };
+  std::vector<FreeGradient> replaced_;
+  bool blocked_are_weighed_ = false;
   std::vector<double> irregular_rest_volumes_;
 
   std::vector<Blocked> blocked_;

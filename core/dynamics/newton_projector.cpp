@@ -42,6 +42,7 @@ class NewtonProjector final : public VolumeProjector {
     }
     iterate(request, result);
     system_->store(positions);
+    result.inverted = system_->any_inverted();
     result.max_error = errors_.max;
     result.converged = errors_.max <= request.tolerance;
     if (!result.converged) result.worst_cell = system_->worst_cell();

@@ -221,26 +221,88 @@ void multiply(const SmallProduct& p) {
   for (; column < p.columns; column += lanes) product_column<1>(p, column);
 }
 
+constexpr int longest_axis = 256;
+
+/// Rows of a chunk of columns, on top of each other.
+struct Block {
+  alignas(64) float values[longest_axis * chunk];
+  float* row(int k) { return values + k * chunk; }
+};
+
+/// Sums of rows that mirror each other, then their differences.
+void fold(const float* from, std::int64_t row, int size, Block& folded) {
+  const int half = size / 2, even = size - half;
+  for (int i = 0; i < chunk; i += lanes) {
+    for (int k = 0; k < half; ++k) {
+      const Floats a = load(from + k * row + i), b = load(from + (size - 1 - k) * row + i);
+      store(folded.row(k) + i, a + b);
+      store(folded.row(even + k) + i, a - b);
+    }
+    if (even > half) store(folded.row(half) + i, load(from + half * row + i));
+  }
+}
+
+void unfold(Block& folded, int size, float* to, std::int64_t row) {
+  const int half = size / 2, even = size - half;
+  for (int i = 0; i < chunk; i += lanes) {
+    for (int k = 0; k < half; ++k) {
+      const Floats a = load(folded.row(k) + i), b = load(folded.row(even + k) + i);
+      store(to + k * row + i, a + b);
+      store(to + (size - 1 - k) * row + i, a - b);
+    }
+    if (even > half) store(to + half * row + i, load(folded.row(half) + i));
+  }
+}
+
+/// A chunk of columns times the halves of even and odd modes.
+void multiply_halves(const float* halves, int size, const float* from, std::int64_t from_row, float* to,
+                     std::int64_t to_row) {
+  const int odd = size / 2, even = size - odd;
+  multiply({halves, even, 1, from, from_row, to, to_row, even, chunk, even});
+  multiply({halves + even * even, odd, 1, from + even * from_row, from_row, to + even * to_row, to_row, odd,
+            chunk, odd});
+}
+
+void to_modes(const ModesProduct& p) {
+  const auto& [forward, backward, size, mirrored] = p.modes;
+  if (!mirrored)
+    return multiply({forward, size, 1, p.from, p.from_row, p.to, p.to_row, size, p.columns, size});
+  Block folded;
+  for (int column = 0; column < p.columns; column += chunk) {
+    fold(p.from + column, p.from_row, size, folded);
+    multiply_halves(forward, size, folded.values, chunk, p.to + column, p.to_row);
+  }
+}
+
+void from_modes(const ModesProduct& p) {
+  const auto& [forward, backward, size, mirrored] = p.modes;
+  if (!mirrored)
+    return multiply({backward, size, 1, p.from, p.from_row, p.to, p.to_row, size, p.columns, size});
+  Block folded;
+  for (int column = 0; column < p.columns; column += chunk) {
+    multiply_halves(backward, size, p.from + column, p.from_row, folded.values, chunk);
+    unfold(folded, size, p.to + column, p.to_row);
+  }
+}
+
 void solve_columns(const ColumnSolve& solve) {
-  constexpr int block = chunk, longest = 256;
-  alignas(64) float modes[longest * block];
-  for (int column = 0; column < solve.columns; column += block) {
+  Block modes;
+  for (int column = 0; column < solve.columns; column += chunk) {
     float* values = solve.values + column;
-    multiply(
-        {solve.forward, solve.size, 1, values, solve.stride, modes, block, solve.size, block, solve.size});
-    for (int k = 0; k < solve.size; ++k)
-      for (int i = 0; i < block; i += lanes)
-        store(modes + k * block + i,
-              load(modes + k * block + i) * load(solve.inverse_diagonal + column + k * solve.stride + i));
-    multiply(
-        {solve.backward, solve.size, 1, modes, block, values, solve.stride, solve.size, block, solve.size});
+    to_modes({solve.modes, values, solve.stride, modes.values, chunk, chunk});
+    for (int k = 0; k < solve.modes.size; ++k)
+      for (int i = 0; i < chunk; i += lanes)
+        store(modes.row(k) + i,
+              load(modes.row(k) + i) * load(solve.inverse_diagonal + column + k * solve.stride + i));
+    from_modes({solve.modes, modes.values, chunk, values, solve.stride, chunk});
   }
 }
 
 }  // namespace
 
 extern const StencilKernels stencil_kernels_table;
-const StencilKernels stencil_kernels_table{gradients, assemble,     set_scale, start,    apply,
-                                           combine,   precondition, advance,   multiply, solve_columns};
+const StencilKernels stencil_kernels_table{gradients, assemble, set_scale,    start,
+                                           apply,     combine,  precondition, advance,
+                                           multiply,  to_modes, from_modes,   solve_columns};
 
 }  // namespace isochor::newton::ISOCHOR_WIDE

@@ -105,19 +105,43 @@ void StencilSolver::apply_carriers(const EarlierDirections& earlier, float* imag
   }
 }
 
-/// direction.preconditioned = P·direction.image, of which scaled_ is the half done.
-Products StencilSolver::precondition(const Direction& direction) {
-  if (box_)
-    box_->apply(scaled_.data(), direction.preconditioned);
-  else
-    layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
+/// to = box⁻¹·scaled_ (or scaled_ itself). Each slab's part of scaled_ is made by before(i, slab) and that of
+/// to used by after(i, slab), while they are in the cache.
+template <class Before, class After>
+void StencilSolver::invert_box(const Before& before, float* to, const After& after) {
+  if (!box_) {
+    layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
+      before(i, slab);
       for (const Run& run : slab.cells)
-        std::copy(scaled_.data() + run.begin, scaled_.data() + run.end, direction.preconditioned + run.begin);
+        std::copy(scaled_.data() + run.begin, scaled_.data() + run.end, to + run.begin);
+      after(i, slab);
     });
+    return;
+  }
   layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
-    partial_[i].products =
-        stencil_kernels().precondition(as_runs(slab.cells), direction, scale_.data(), z_.data());
+    before(i, slab);
+    box_->forward(slab, scaled_.data());
   });
+  box_->solve_columns();
+  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
+    box_->backward(slab, to);
+    after(i, slab);
+  });
+}
+
+/// Makes the direction orthogonal to the earlier ones, and direction.preconditioned = P·direction.image.
+Products StencilSolver::precondition(const EarlierDirections& earlier, const float* factors,
+                                     const Direction& direction) {
+  invert_box(
+      [&](std::int64_t, const LatticeLayout::Slab& slab) {
+        stencil_kernels().combine(as_runs(slab.cells), earlier, factors, z_.data(), direction, scale_.data(),
+                                  scaled_.data());
+      },
+      direction.preconditioned,
+      [&](std::int64_t i, const LatticeLayout::Slab& slab) {
+        partial_[i].products =
+            stencil_kernels().precondition(as_runs(slab.cells), direction, scale_.data(), z_.data());
+      });
   Products sum{};
   for (const Partial& partial : partial_) {
     sum.with_itself += partial.products.with_itself;
@@ -142,11 +166,16 @@ float StencilSolver::worst_partial() const {
 
 /// residual = −errors, z = P·residual, solution = 0. Returns the largest residual.
 float StencilSolver::start(const double* errors) {
-  layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
-    partial_[i].worst = stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(), solution_.data(),
-                                                residual_.data(), scaled_.data());
-  });
-  precondition({nullptr, residual_.data(), z_.data()});
+  const Direction first{nullptr, residual_.data(), z_.data()};
+  invert_box(
+      [&](std::int64_t i, const LatticeLayout::Slab& slab) {
+        partial_[i].worst = stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(),
+                                                    solution_.data(), residual_.data(), scaled_.data());
+      },
+      z_.data(),
+      [&](std::int64_t, const LatticeLayout::Slab& slab) {
+        stencil_kernels().precondition(as_runs(slab.cells), first, scale_.data(), z_.data());
+      });
   return worst_partial();
 }
 
@@ -165,11 +194,7 @@ int StencilSolver::solve(const double* errors, double tolerance, int most_iterat
     apply(earlier, next.image, products);
     float factors[depth];
     for (int i = 0; i < earlier.count; ++i) factors[i] = static_cast<float>(products[i] / norms[i]);
-    layout_.for_slabs([&](std::int64_t, const LatticeLayout::Slab& slab) {
-      stencil_kernels().combine(as_runs(slab.cells), earlier, factors, z_.data(), next, scale_.data(),
-                                scaled_.data());
-    });
-    const Products product = precondition(next);
+    const Products product = precondition(earlier, factors, next);
     if (!(product.with_itself > 0.0) || !std::isfinite(product.with_itself)) break;
     worst = advance(static_cast<float>(product.with_residual / product.with_itself), next);
     earlier.at[iteration % depth] = next;

@@ -55,7 +55,9 @@ class StencilSolver {
   float start(const double* errors);
   void apply(const EarlierDirections& earlier, float* image, double* products);
   void apply_carriers(const EarlierDirections& earlier, float* image, double* products);
-  Products precondition(const Direction& direction);
+  template <class Before, class After>
+  void invert_box(const Before& before, float* to, const After& after);
+  Products precondition(const EarlierDirections& earlier, const float* factors, const Direction& direction);
   float advance(float alpha, const Direction& direction);
   float worst_partial() const;
 

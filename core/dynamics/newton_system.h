@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 
 #include "core/dynamics/volume_projector.h"
 
@@ -46,6 +47,8 @@ class NewtonSystem {
   virtual bool is_free() const = 0;  ///< no particle is pinned or blocked
   virtual std::int64_t rowless_cells() const = 0;
   virtual std::int64_t worst_cell() const = 0;  ///< at x
+  /// Whether a tet at x has no volume, where that was seen in passing.
+  virtual std::optional<bool> any_inverted() const { return std::nullopt; }
   virtual std::int64_t bytes() const = 0;
 };
 

@@ -36,11 +36,12 @@ inline Doubles load(const double* from) {
   return load<Doubles>(from);
 }
 
+/// x − 0 is x for every x, and no instruction; x + 0 is not for −0.
 inline Floats broadcast(float value) {
-  return Floats{} + value;
+  return value - Floats{};
 }
 inline Doubles broadcast(double value) {
-  return Doubles{} + value;
+  return value - Doubles{};
 }
 
 inline Floats absolute(Floats v) {
@@ -62,6 +63,11 @@ inline V maximum(const V& a, const V& b) {
 }
 
 template <class V>
+inline V minimum(const V& a, const V& b) {
+  return a <= b ? a : b;
+}
+
+template <class V>
 inline double sum(const V& v) {
   double result = 0.0;
   for (unsigned i = 0; i < sizeof v / sizeof v[0]; ++i) result += v[i];
@@ -73,6 +79,11 @@ inline auto largest(const V& v) {
   for (unsigned i = 1; i < sizeof v / sizeof v[0]; ++i)
     if (!(result >= v[i])) result = v[i];
   return result;
+}
+
+template <class V>
+inline auto smallest(const V& v) {
+  return -largest(-v);
 }
 
 }  // namespace isochor::newton::ISOCHOR_WIDE

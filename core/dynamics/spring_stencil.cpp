@@ -19,7 +19,7 @@ constexpr std::array<Direction, 3> edge_directions{{{{{0, 1}, {2, 3}, {4, 5}, {6
 constexpr std::array<Ends, 4> diagonal_directions{{{0, 7}, {1, 6}, {2, 5}, {3, 4}}};
 
 /// Particles a chunk: enough work to hand to a thread, few enough to stay in its cache.
-constexpr std::int64_t chunk_particles = 4096;
+constexpr std::int64_t chunk_particles = 1024;
 
 struct Spring {
   std::int32_t a, b;

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -58,6 +59,7 @@ struct ProjectionResult {
   bool kept_directions =
       true;  ///< false: it fell back to the current gradients, so angular momentum is not kept
   std::int64_t rowless_cells = 0;  ///< cells whose particles are all pinned
+  std::optional<bool> inverted;    ///< a tet has no volume at the end, where the solver has seen it
 };
 
 /// Moves positions by Δx = W Jᵀ μ until every cell has its rest volume. Always ends, always finite. One per

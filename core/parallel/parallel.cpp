@@ -46,30 +46,31 @@ class ThreadPool {
     stop_ = false;
     for (int i = 1; i < threads; ++i)
       workers_.emplace_back(
-          [this, seen = region(), end = i % 2 ? End::back : End::front] { loop(seen, end); });
+          [this, seen = number(), end = i % 2 ? End::back : End::front] { loop(seen, end); });
   }
 
-  void run(std::int64_t count, std::int64_t grain, detail::ChunkFunction function, void* context) {
-    count_.store(count, std::memory_order_relaxed);
-    grain_.store(grain, std::memory_order_relaxed);
-    const std::int64_t chunks = (count + grain - 1) / grain, batch = (chunks + most_draws - 1) / most_draws,
-                       draws = (chunks + batch - 1) / batch;
-    chunks_.store(chunks, std::memory_order_relaxed);
-    batch_.store(batch, std::memory_order_relaxed);
-    function_.store(function, std::memory_order_relaxed);
-    context_.store(context, std::memory_order_relaxed);
-    progress_.store(CancelScope::progress(), std::memory_order_relaxed);
+  void run(std::int64_t count, std::int64_t grain, Work work, detail::ChunkFunction function, void* context) {
+    region_.count.store(count, std::memory_order_relaxed);
+    region_.grain.store(grain, std::memory_order_relaxed);
+    const std::int64_t chunks = (count + grain - 1) / grain,
+                       most = work == Work::alike ? turns_a_thread(chunks) * size() : most_draws,
+                       batch = (chunks + most - 1) / most, draws = (chunks + batch - 1) / batch;
+    region_.chunks.store(chunks, std::memory_order_relaxed);
+    region_.batch.store(batch, std::memory_order_relaxed);
+    region_.function.store(function, std::memory_order_relaxed);
+    region_.context.store(context, std::memory_order_relaxed);
+    region_.progress.store(CancelScope::progress(), std::memory_order_relaxed);
     done_.store(0, std::memory_order_relaxed);
     failed_.store(false, std::memory_order_relaxed);
-    const std::uint64_t number = (region() + 1) & 0xffffffff;
+    const std::uint64_t next = (number() + 1) & 0xffffffff;
     // In one order for all threads with sleepers_ in loop(): one of both sees the other.
-    ticket_.store(number << 32 | static_cast<std::uint64_t>(draws));
+    ticket_.store(next << 32 | static_cast<std::uint64_t>(draws));
     if (sleepers_.load() > 0) {
       { std::lock_guard lock(mutex_); }
       wake_.notify_all();
     }
     const auto begin = Clock::now();
-    const std::int64_t drawn = draw(number, End::front);
+    const std::int64_t drawn = draw(next, End::front);
     const auto end = Clock::now();
     for (int spin = 0; done_.load(std::memory_order_acquire) < draws; ++spin) {
       if (spin < spin_limit)
@@ -88,10 +89,13 @@ class ThreadPool {
   enum class End { front, back };
   using Clock = std::chrono::steady_clock;
 
+  static constexpr std::size_t cache_line = 64;
   static constexpr std::int64_t most_draws = 0xffff;
-  static constexpr int spin_limit = 1000;  ///< some 40 µs
+  /// Of chunks alike. One that is put aside holds up no more than its turn.
+  static std::int64_t turns_a_thread(std::int64_t chunks) { return chunks < 64 ? 1 : 4; }
+  static constexpr int spin_limit = 4000;  ///< some 150 µs
 
-  std::uint64_t region() const { return ticket_.load() >> 32; }
+  std::uint64_t number() const { return ticket_.load() >> 32; }
 
   /// Something else has the worker's core: regions go without workers for ten times what waiting has cost, so
   /// that about a tenth of the time is lost by trying; not for long, lest chunks that differ do it.
@@ -111,13 +115,13 @@ class ThreadPool {
       const std::uint64_t first = ticket >> 16 & 0xffff, end = ticket & 0xffff;
       if (first == end) break;
       // The exchange succeeds only while the region has some left: then what is read here belongs to it.
-      const std::int64_t count = count_.load(std::memory_order_relaxed),
-                         grain = grain_.load(std::memory_order_relaxed),
-                         batch = batch_.load(std::memory_order_relaxed),
-                         chunks = chunks_.load(std::memory_order_relaxed);
-      const detail::ChunkFunction function = function_.load(std::memory_order_relaxed);
-      void* const context = context_.load(std::memory_order_relaxed);
-      const Progress* const progress = progress_.load(std::memory_order_relaxed);
+      const std::int64_t count = region_.count.load(std::memory_order_relaxed),
+                         grain = region_.grain.load(std::memory_order_relaxed),
+                         batch = region_.batch.load(std::memory_order_relaxed),
+                         chunks = region_.chunks.load(std::memory_order_relaxed);
+      const detail::ChunkFunction function = region_.function.load(std::memory_order_relaxed);
+      void* const context = region_.context.load(std::memory_order_relaxed);
+      const Progress* const progress = region_.progress.load(std::memory_order_relaxed);
       const std::uint64_t rest = from == End::front ? ticket + (1U << 16) : ticket - 1;
       if (!ticket_.compare_exchange_weak(ticket, rest, std::memory_order_acq_rel)) continue;
       const auto mine = static_cast<std::int64_t>(from == End::front ? first : end - 1);
@@ -142,15 +146,15 @@ class ThreadPool {
 
   void loop(std::uint64_t seen, End from) {
     for (;;) {
-      for (int spin = 0; spin < spin_limit && region() == seen; ++spin) pause();
-      if (region() == seen) {
+      for (int spin = 0; spin < spin_limit && number() == seen; ++spin) pause();
+      if (number() == seen) {
         std::unique_lock lock(mutex_);
         sleepers_.fetch_add(1);
-        wake_.wait(lock, [&] { return stop_ || region() != seen; });
+        wake_.wait(lock, [&] { return stop_ || number() != seen; });
         sleepers_.fetch_sub(1);
         if (stop_) return;
       }
-      seen = region();
+      seen = number();
       draw(seen, from);
     }
   }
@@ -165,14 +169,18 @@ class ThreadPool {
   std::exception_ptr failure_;  ///< the first one; the chunks not yet begun are skipped then
   std::atomic<bool> failed_{false};
 
+  /// What a region is. A cache line of its own: workers that spin on the ticket do not slow down its writing.
+  struct alignas(cache_line) Region {
+    std::atomic<std::int64_t> count{0}, grain{1}, chunks{0}, batch{1};
+    std::atomic<detail::ChunkFunction> function{nullptr};
+    std::atomic<void*> context{nullptr};
+    std::atomic<const Progress*> progress{nullptr};  ///< of the caller's scope
+  };
+  Region region_;
   /// The region's number in the upper half; below it, 16 bits each, the first batch left and the end of those
   /// left.
-  std::atomic<std::uint64_t> ticket_{0};
-  std::atomic<std::int64_t> done_{0};  ///< batches
-  std::atomic<std::int64_t> count_{0}, grain_{1}, chunks_{0}, batch_{1};
-  std::atomic<detail::ChunkFunction> function_{nullptr};
-  std::atomic<void*> context_{nullptr};
-  std::atomic<const Progress*> progress_{nullptr};  ///< of the caller's scope
+  alignas(cache_line) std::atomic<std::uint64_t> ticket_{0};
+  alignas(cache_line) std::atomic<std::int64_t> done_{0};  ///< batches
 };
 
 /// One region at a time owns the workers; a region that finds them taken runs on its own thread.
@@ -198,7 +206,8 @@ int thread_count() {
   return wanted > 0 ? wanted : cores();
 }
 
-void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction function, void* context) {
+void detail::run_chunks(std::int64_t count, std::int64_t grain, Work work, ChunkFunction function,
+                        void* context) {
   if (count <= 0) return;
   grain = std::max<std::int64_t>(1, grain);
   const std::int64_t chunks = (count + grain - 1) / grain;
@@ -213,7 +222,7 @@ void detail::run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction fu
     return;
   }
   if (pool().size() != thread_count()) pool().resize(thread_count());
-  pool().run(count, grain, function, context);
+  pool().run(count, grain, work, function, context);
 }
 
 }  // namespace isochor

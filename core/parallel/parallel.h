@@ -9,19 +9,23 @@ namespace isochor {
 void set_thread_count(int count);
 int thread_count();
 
+/// How chunks are dealt out. Those alike, of some microseconds, in as few turns as there are threads: a turn
+/// costs a fifth of a microsecond.
+enum class Work { uneven, alike };
+
 namespace detail {
 using ChunkFunction = void (*)(void* context, std::int64_t begin, std::int64_t end);
-void run_chunks(std::int64_t count, std::int64_t grain, ChunkFunction function, void* context);
+void run_chunks(std::int64_t count, std::int64_t grain, Work work, ChunkFunction function, void* context);
 }  // namespace detail
 
 /// Calls body(begin, end) for the chunks [0,grain), [grain,2·grain), … of [0,count), on all threads. The cut
 /// depends on count and grain only, never on the threads, so a sum kept a chunk and added in chunk order is
 /// reproducible. A nested call runs on its own thread. The first exception is rethrown after all have ended.
 template <class Body>
-void parallel_for(std::int64_t count, std::int64_t grain, Body&& body) {
+void parallel_for(std::int64_t count, std::int64_t grain, Body&& body, Work work = Work::uneven) {
   using Function = std::remove_reference_t<Body>;
   detail::run_chunks(
-      count, grain,
+      count, grain, work,
       [](void* context, std::int64_t begin, std::int64_t end) {
         (*static_cast<Function*>(context))(begin, end);
       },

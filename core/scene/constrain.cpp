@@ -63,9 +63,11 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
   return result;
 }
 
-void find_inverted(const Substep& step, SceneSoftBody& soft) {
-  step.world.phases.run(Phase::inversion,
-                        [&] { soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions); });
+/// At the end of a projection, which has seen it in most cases.
+void find_inverted(const Substep& step, SceneSoftBody& soft, const ProjectionResult& last) {
+  step.world.phases.run(Phase::inversion, [&] {
+    soft.inverted = last.inverted ? *last.inverted : any_inverted(*soft.body.mesh, soft.body.positions);
+  });
 }
 
 /// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame. That is no
@@ -83,7 +85,7 @@ bool throws_a_particle(const Substep& step, const SoftBody& body) {
 /// substep for. True when there were any.
 template <class Meet>
 bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
-  find_inverted(step, soft);
+  find_inverted(step, soft, soft.projection);
   if (!soft.inverted || soft.began_inverted || !step.may_lift) return false;
   ++step.stats.recoveries;
   soft.recovered = true;
@@ -95,7 +97,7 @@ bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
       if (soft.contacts) soft.contacts->take_forces();
     });
     meet();
-    find_inverted(step, soft);
+    find_inverted(step, soft, soft.projection);
   }
   if (!soft.inverted) soft.inverted = throws_a_particle(step, soft.body);
   return true;
@@ -202,6 +204,7 @@ void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance) 
 }
 
 bool lift_inverted(const Substep& step, SceneSoftBody& soft) {
+  soft.projection.inverted.reset();  // contacts have moved the body since
   return lift_inverted(step, soft, [&] {
     project_volume(step, soft, step.world.scene.solver.tolerance);
     if (soft.contacts) soft.contacts->take_forces();
@@ -232,8 +235,7 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft) {
       pull_flattened_cells(body, body.positions);
       soft.tets->lift(body, request, 0, body.positions);
     });
-    project(step, soft, request);
-    find_inverted(step, soft);
+    find_inverted(step, soft, project(step, soft, request));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "core/scene/detect_contacts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/collision/contact_response.h"
@@ -42,6 +43,21 @@ Box world_bounds(const CollisionShape& shape, const Pose& pose) {
   return box;
 }
 
+/// Bounds of a shape in the world on its way from one pose to another: those at both, and how far a corner's
+/// arc rises above its chord.
+Box swept_bounds(const CollisionShape& shape, const Pose& from, const Pose& to) {
+  Box box = world_bounds(shape, from);
+  const Box end = world_bounds(shape, to), local = shape.bounds();
+  box.extend(end.min);
+  box.extend(end.max);
+  const double radius = local.min.cwiseAbs().cwiseMax(local.max.cwiseAbs()).norm();
+  const double rise = 1.0 - std::cos(0.5 * from.orientation.angularDistance(to.orientation));
+  if (!(rise > 0.0) || !std::isfinite(radius)) return box;
+  box.min.array() -= rise * radius;
+  box.max.array() += rise * radius;
+  return box;
+}
+
 /// One rigid body over a substep, seen from the particles of a soft one.
 class RigidSweep {
  public:
@@ -51,6 +67,7 @@ class RigidSweep {
         bounds_(shape_.bounds()),
         from_(world.pose(rigid)),
         to_(world.predicted_pose(rigid)),
+        swept_(swept_bounds(shape_, from_, to_)),
         slop_(contact_slop * body.cell_size),
         h_(h),
         massive_(world.dynamic(rigid)) {
@@ -59,13 +76,7 @@ class RigidSweep {
     plane_.restitution = combined_restitution(body.restitution, world.restitution(rigid));
   }
 
-  bool may_meet(const Box& particles) const {
-    Box box = world_bounds(shape_, from_);
-    const Box end = world_bounds(shape_, to_);
-    box.extend(end.min);
-    box.extend(end.max);
-    return overlaps(box, particles);
-  }
+  bool may_meet(const Box& particles) const { return overlaps(swept_, particles); }
 
   bool massive() const { return massive_; }
   double slop() const { return slop_; }
@@ -81,7 +92,9 @@ class RigidSweep {
 
   /// The plane that the particle must stay in front of, when it is behind it by more than what is tolerated.
   bool meets(std::int32_t i, bool touching, double tolerated, ContactPlane& plane) const {
-    const Vec3 start = from_.to_local(body_.start_positions.at(i)), end = to_.to_local(body_.positions.at(i));
+    const Vec3 before = body_.start_positions.at(i), now = body_.positions.at(i);
+    if (!overlaps(swept_, {before.cwiseMin(now), before.cwiseMax(now)})) return false;
+    const Vec3 start = from_.to_local(before), end = to_.to_local(now);
     if (!overlaps(bounds_, {start.cwiseMin(end), start.cwiseMax(end)})) return false;
     const SurfaceQuery at_end = shape_.query(end);
     const double path = (end - start).norm();
@@ -129,6 +142,7 @@ class RigidSweep {
   const CollisionShape& shape_;
   Box bounds_;  ///< of the shape, in its own frame
   Pose from_, to_;
+  Box swept_;  ///< of the shape in the world, from one to the other
   double slop_, h_;
   bool massive_;
   ContactPlane plane_;
