@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/dynamics/cell_volume.h"
+#include "core/dynamics/inversion.h"
 #include "tests/newton/body.h"
 
 namespace isochor {
@@ -133,6 +134,22 @@ TEST_P(NewtonConvergence, MeetsEveryToleranceAndKeepsTheMomenta) {
     EXPECT_LT(moved.linear, 1e-15);
     EXPECT_LT(moved.angular, 1e-15);
   }
+}
+
+TEST(Newton, SeesInvertedTets) {
+  int inverted = 0;
+  for (const Body& body : {make_box({3, 4, 2}), make_separated()}) {
+    const auto projector = make_newton_projector(body.model());
+    for (unsigned seed = 1; seed <= 30; ++seed) {
+      Coordinates points = randomized(body, 0.02 * seed, seed);
+      const ProjectionResult result = projector->project({}, points);
+      ASSERT_TRUE(result.inverted);
+      EXPECT_EQ(*result.inverted, any_inverted(body.mesh, points)) << seed;
+      inverted += *result.inverted;
+    }
+  }
+  EXPECT_GT(inverted, 10);
+  EXPECT_LT(inverted, 50);
 }
 
 TEST(Newton, HoldsPinnedParticlesAndCountsCellsWithoutARow) {

@@ -22,13 +22,15 @@ class Parallel : public testing::TestWithParam<int> {
 };
 
 TEST_P(Parallel, VisitsEveryIndexOnce) {
-  for (std::int64_t count : {0, 1, 7, 64, 1000}) {
-    std::vector<std::atomic<int>> visits(count);
-    parallel_for(count, 13, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) ++visits[i];
-    });
-    for (const auto& visit : visits) EXPECT_EQ(visit.load(), 1);
-  }
+  for (const Work work : {Work::uneven, Work::alike})
+    for (const std::int64_t count : {0, 1, 7, 64, 1000}) {
+      std::vector<std::atomic<int>> visits(count);
+      const auto visit = [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t i = begin; i < end; ++i) ++visits[i];
+      };
+      parallel_for(count, 13, visit, work);
+      for (const auto& times : visits) EXPECT_EQ(times.load(), 1);
+    }
 }
 
 TEST_P(Parallel, SumsKeptAChunkAreTheSameBits) {
