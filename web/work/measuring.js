@@ -21,7 +21,9 @@ export class Measuring extends EventTarget {
   async scene(size, duration) {
     const {app} = this;
     if (!app.meshing.model) return;
-    await this.follow({kind: 'scene', scene: {...wire_scene(app.store.get('scene'), app.meshing.model.id, app.mesh_of_file), duration}, ...grids[size]});
+    const scene = app.store.get('scene');
+    await app.find_meshes(scene);
+    await this.follow({kind: 'scene', scene: {...wire_scene(scene, app.meshing.model.id, app.mesh_of_file), duration}, ...grids[size]});
   }
 
   /// The stiff and extreme cases.
