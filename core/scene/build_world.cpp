@@ -9,14 +9,13 @@
 #include "core/collision/mesh_shape.h"
 #include "core/mesh_input/read_mesh.h"
 #include "core/parallel/cancel_scope.h"
+#include "core/scene/memory_estimate.h"
 #include "core/scene/start_state.h"
 #include "core/scene/surface_collision.h"
 
 namespace isochor {
 namespace {
 
-/// Of a body while it is built and while it steps, with every solver's arrays.
-constexpr std::int64_t bytes_a_cell = 2500;
 constexpr std::int64_t max_bytes = std::int64_t{8} << 30;
 
 void check_budget(const std::string& name, const LatticeShape& shape) {

@@ -50,7 +50,7 @@ Api::Api(Samples samples_, std::shared_ptr<Waker> waker_, std::int64_t memory_li
       waker(std::move(waker_)),
       memory_limit(memory_limit_),
       catalog(memory_limit_),
-      simulations(waker, memory_limit_ / frame_share),
+      simulations(waker, memory_limit_, memory_limit_ / frame_share),
       jobs(job_threads, [wake = waker] { wake->wake(); }) {}
 
 std::vector<Route> api_routes(Api& api) {

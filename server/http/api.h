@@ -54,8 +54,10 @@ std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<St
                                               Progress& progress);
 /// Mesh shapes named by a sample, a mesh id or a model id become models; a name from outside is never a path.
 void resolve_meshes(Api& api, Scene& scene, Progress& progress);
-/// The simulation of a scene whose meshes are so named.
-std::unique_ptr<Simulation> build_simulation(Api& api, Scene scene, Progress& progress);
+/// The simulation of a scene whose meshes are so named. Others give way to the one with this id; a report's
+/// has none.
+std::unique_ptr<Simulation> build_simulation(Api& api, const std::string& id, Scene scene,
+                                             Progress& progress);
 /// The text of a sample scene. Throws a refusal, 404.
 const std::string& sample_scene(const Api& api, const std::string& name);
 

@@ -2,6 +2,7 @@
 
 #include "core/parallel/cancel_scope.h"
 #include "core/parameters/parameters.h"
+#include "core/scene/memory_estimate.h"
 #include "server/http/api.h"
 #include "server/http/service.h"
 #include "server/store/content_id.h"
@@ -97,9 +98,11 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
   for (SceneBody& body : scene.bodies) std::visit([&](auto& kind) { resolve(kind.shape); }, body.kind);
 }
 
-std::unique_ptr<Simulation> build_simulation(Api& api, Scene scene, Progress& progress) {
-  api.simulations.wait_for_removed(progress);
+std::unique_ptr<Simulation> build_simulation(Api& api, const std::string& id, Scene scene,
+                                             Progress& progress) {
   resolve_meshes(api, scene, progress);
+  api.simulations.make_room(id, estimated_bytes(scene), progress);
+  api.catalog.evict(api.simulations.bytes());
   return compile(scene, progress);
 }
 

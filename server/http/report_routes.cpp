@@ -41,7 +41,9 @@ JobQueue::Work scene_work(Api& api, const SceneReportRequest& request, std::opti
   check_scene_report(scene, options, api.memory_limit / report_share);
   check_resolutions(api, scene, options.axes.resolutions);
   return [&api, scene, options, budget_ms](JobProgress& progress) mutable {
-    options.build = [&api](const Scene& part, Progress& inner) { return build_simulation(api, part, inner); };
+    options.build = [&api](const Scene& part, Progress& inner) {
+      return build_simulation(api, "", part, inner);
+    };
     options.on_point = [&](SceneReport part) {
       part.complete = false;
       progress.publish(result_of(encode_scene_report(part, budget_ms)));

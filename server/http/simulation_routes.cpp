@@ -36,9 +36,9 @@ std::string scene_text(const Api& api, const std::string& body) {
 }
 
 /// The first build goes on from where `before` stands; a restart begins as the scene says.
-SimulationRunner::Build build_of(Api& api, const Scene& scene, std::shared_ptr<SimulationRunner> before) {
-  return [&api, scene, before](Progress& progress) mutable {
-    auto simulation = build_simulation(api, scene, progress);
+Simulations::Build build_of(Api& api, const Scene& scene, std::shared_ptr<SimulationRunner> before) {
+  return [&api, scene, before](const std::string& id, Progress& progress) mutable {
+    auto simulation = build_simulation(api, id, scene, progress);
     if (before) before->look([&](const Simulation& run) { simulation->continue_from(run); }, progress);
     before.reset();
     return simulation;

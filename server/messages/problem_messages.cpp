@@ -46,13 +46,20 @@ std::string dump(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+/// Beginning and end of a text that repeats what was sent, megabytes if need be.
+std::string shortened(std::string_view text) {
+  constexpr std::size_t longest = 2000, kept = 900;
+  if (text.size() <= longest) return std::string(text);
+  return std::string(text.substr(0, kept)) + " … " + std::string(text.substr(text.size() - kept));
+}
+
 Json problem(int status, std::string_view code, std::string_view detail, std::string_view hint) {
   Json json{{"type", "about:blank"},
             {"title", status_title(status)},
             {"status", status},
-            {"detail", detail},
+            {"detail", shortened(detail)},
             {"code", code}};
-  if (!hint.empty()) json["hint"] = hint;
+  if (!hint.empty()) json["hint"] = shortened(hint);
   return json;
 }
 
@@ -62,7 +69,7 @@ std::string encode_problem(const Error& error) {
   const ProblemMapping mapping = problem_mapping(error.code());
   Json json = problem(mapping.http_status, mapping.code, error.what(), error.hint());
   for (const ErrorDetail& detail : error.details()) {
-    Json entry{{"pointer", detail.pointer}, {"detail", detail.detail}};
+    Json entry{{"pointer", shortened(detail.pointer)}, {"detail", shortened(detail.detail)}};
     if (detail.min) entry["min"] = *detail.min;
     if (detail.max) entry["max"] = *detail.max;
     json["errors"].push_back(std::move(entry));

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,18 +12,22 @@
 
 namespace isochor {
 
-/// The simulations of a server, bounded in number: the oldest that neither plays nor is watched gives way.
+/// The simulations of a server, bounded in number and bytes: the oldest that neither plays nor is watched
+/// gives way.
 class Simulations {
  public:
-  Simulations(std::shared_ptr<Waker> waker, std::int64_t frame_bytes);
+  using Build = std::function<std::unique_ptr<Simulation>(const std::string& id, Progress&)>;
+
+  /// frame_bytes: of the frames that one simulation keeps.
+  Simulations(std::shared_ptr<Waker> waker, std::int64_t max_bytes, std::int64_t frame_bytes);
   ~Simulations();
 
   /// Throws over_budget when all of them are in use.
-  std::shared_ptr<SimulationRunner> create(SimulationRunner::Build build, RunOptions options);
+  std::shared_ptr<SimulationRunner> create(Build build, RunOptions options);
   std::shared_ptr<SimulationRunner> find(const std::string& id);  ///< throws Missing
   void remove(const std::string& id);                             ///< it stops; its memory is freed meanwhile
-  /// Until those that went are freed. Throws cancelled.
-  void wait_for_removed(const Progress& progress) const { disposal_.wait(progress); }
+  /// Before one takes so many bytes: others give way, and are freed. Throws over_budget, cancelled.
+  void make_room(const std::string& id, std::int64_t bytes, const Progress& progress);
   std::vector<std::shared_ptr<SimulationRunner>> all() const;
   int viewers() const;
   std::int64_t bytes() const;
@@ -31,18 +36,19 @@ class Simulations {
  private:
   struct Slot {
     std::shared_ptr<SimulationRunner> runner;
-    std::int64_t used = 0;
+    std::int64_t used = 0, reserved = 0;
   };
   struct Data {
     std::map<std::string, Slot> slots;
     std::int64_t next = 1, clock = 0;
   };
-  static bool drop_oldest_idle(Data& data);
+  static bool drop_oldest_idle(Data& data, const std::string& except);
+  static std::int64_t bytes_of(const Slot& slot);
 
   Disposal disposal_;  ///< first: runners come here to the last
   std::shared_ptr<Waker> waker_;
   std::shared_ptr<WorkerPool> encoder_;
-  const std::int64_t frame_bytes_;  ///< of the frames that one simulation keeps
+  const std::int64_t max_bytes_, frame_bytes_;
   Guarded<Data> data_;
 };
 

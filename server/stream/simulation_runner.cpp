@@ -76,6 +76,7 @@ void SimulationRunner::fail(const Error& error) {
 }
 
 void SimulationRunner::prepare(Progress& progress) {
+  simulation_.reset();  // not beside the new one in memory
   simulation_ = build_(progress);
   const auto facts = std::make_shared<const HelloFacts>(hello_facts(*simulation_));
   {

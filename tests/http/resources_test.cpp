@@ -168,6 +168,16 @@ TEST_F(Resources, AQueryNamesWhatTheRouteKnowsOnce) {
   EXPECT_EQ(first_error("/api/v1/meshes?a")["pointer"], "?a");
 }
 
+TEST_F(Resources, AProblemDoesNotRepeatMegabytes) {
+  const std::string long_text(1 << 20, 'a');
+  for (const json& body : {json{{"mesh_id", long_text}}, json{{long_text, 1}}}) {
+    const HttpResponse response = client_.send_json("POST", "/api/v1/models", body);
+    EXPECT_GE(response.status, 400);
+    EXPECT_LT(response.body.size(), 10'000U);
+    EXPECT_FALSE(response.json()["detail"].get<std::string>().empty());
+  }
+}
+
 TEST_F(Resources, MalformedJsonIsNamed) {
   const auto post = [&](const std::string& body) {
     return client_.send("POST", "/api/v1/models", body, {{"Content-Type", "application/json"}});

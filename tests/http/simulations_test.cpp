@@ -48,6 +48,28 @@ TEST_F(SimulationsApi, ASceneStartsPausedWithItsPlan) {
   EXPECT_TRUE(absent_with_reason);
 }
 
+TEST(SimulationsInLittleMemory, TheOldestGivesWayAndWhatDoesNotFitIsRefused) {
+  ServeOptions options;
+  options.memory_limit = std::int64_t{64} << 20;
+  test::RunningServer running(options);
+  test::HttpClient client = running.client();
+  const auto post = [&](int cells, const std::string& state) {
+    json scene = falling_box;
+    scene["bodies"][0]["lattice"]["cells"] = {cells, cells, cells};
+    return client.send_json("POST", "/api/v1/simulations?wait_ms=10000&state=" + state, scene);
+  };
+  EXPECT_EQ(post(16, "paused").status, 201);
+  EXPECT_EQ(post(16, "playing").status, 201);
+  for (int more = 0; more < 6; ++more) EXPECT_EQ(post(16, "paused").status, 201);
+  EXPECT_EQ(client.get("/api/v1/simulations/s1").status, 410);
+  EXPECT_EQ(client.get("/api/v1/simulations/s2").status, 200) << "it plays";
+  EXPECT_EQ(client.get("/api/v1/simulations/s8").status, 200);
+  const HttpResponse refused = post(64, "paused");
+  EXPECT_EQ(refused.status, 422);
+  EXPECT_EQ(refused.json()["code"], "over_budget");
+  EXPECT_NE(refused.json()["hint"].get<std::string>().find("take at most"), std::string::npos);
+}
+
 TEST_F(SimulationsApi, ARunGoesOnWithOtherBodies) {
   const std::string path = create(falling_box);
   client_.send_json("POST", path + "/steps", {{"count", 6}});
