@@ -199,7 +199,7 @@ std::vector<Route> model_routes(Api& api) {
        .operation = "exportModel",
        .summary = "The model as a file",
        .handler = to(get_export),
-       .answers = {{200, "", "application/octet-stream"}},
+       .answers = {{200, "", "*/*"}},
        .query = {{"file", R"({"type":"string"})", "Suffix of one file of a set, e.g. .node"}}},
       {.method = "DELETE",
        .pattern = "/api/v1/models/{id}",
