@@ -22,13 +22,17 @@ Vec3 moment(const SoftBody& body, const Coordinates& a, const Coordinates& b) {
 }
 
 Vec3 spin_of(const SoftBody& body, const Coordinates& x, const Vec3& angular_momentum) {
-  constexpr double least_inertia = 1e-12;  // relative: a body flattened to a line does not turn about it
   const Vec3 center = mass_center(body, x);
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < body.size(); ++i) {
     const Vec3 r = x.at(i) - center;
     inertia += body.masses[i] * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
   }
+  return spin_of(inertia, angular_momentum);
+}
+
+Vec3 spin_of(const Eigen::Matrix3d& inertia, const Vec3& angular_momentum) {
+  constexpr double least_inertia = 1e-12;  // relative: a body flattened to a line does not turn about it
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   Vec3 spin = Vec3::Zero();
   for (int k = 0; k < 3; ++k)

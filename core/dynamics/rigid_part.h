@@ -17,7 +17,9 @@ RigidPart rigid_part(const SoftBody& body, const Coordinates& x, const Coordinat
 Vec3 mass_center(const SoftBody& body, const Coordinates& x);
 /// Σ m (a − center of a) × (b − center of b).
 Vec3 moment(const SoftBody& body, const Coordinates& a, const Coordinates& b);
-/// ω with I(x)·ω = the angular momentum.
+/// ω with I·ω = the angular momentum.
+Vec3 spin_of(const Eigen::Matrix3d& inertia, const Vec3& angular_momentum);
+/// The same, of the body at x.
 Vec3 spin_of(const SoftBody& body, const Coordinates& x, const Vec3& angular_momentum);
 
 }  // namespace isochor

@@ -193,6 +193,10 @@ Eigen::Matrix<double, 6, 6> RigidWorld::compliance(int body) const {
   return impl_->solver.compliance(body);
 }
 
+void RigidWorld::list_pairs(std::vector<std::pair<int, int>>& pairs) const {
+  impl_->solver.list_pairs(pairs);
+}
+
 void RigidWorld::apply_impulse(int body, const Vec3& point, const Vec3& impulse) {
   isochor::apply_impulse(impl_->at(body).state, point, impulse);
 }

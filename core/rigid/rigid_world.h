@@ -69,6 +69,8 @@ class RigidWorld {
   /// Within a step, after solve(): how the body's predicted pose answers to a small wrench about its centre
   /// of mass, held by the joints and the contacts that press as it is; m and radians per kg m of h·impulse.
   Eigen::Matrix<double, 6, 6> compliance(int body) const;
+  /// Appends the pairs of bodies that joints hold, or contacts in this step.
+  void list_pairs(std::vector<std::pair<int, int>>& pairs) const;
   void apply_impulse(int body, const Vec3& point, const Vec3& impulse);
   /// An impulse (kg m/s) with its moment about a point of the world, whatever the body's pose is now.
   void apply_wrench(int body, const Vec3& about, const Vec3& impulse, const Vec3& moment);

@@ -50,6 +50,11 @@ double StepSolver::fastest_rate(std::span<const BodyRecord> bodies) const {
   return fastest;
 }
 
+void StepSolver::list_pairs(std::vector<BodyPair>& pairs) const {
+  pairs.insert(pairs.end(), jointed_.begin(), jointed_.end());
+  for (const RigidContact& contact : found_.contacts) pairs.emplace_back(contact.a, contact.b);
+}
+
 void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double h) {
   h_ = h;
   metrics_ = {};

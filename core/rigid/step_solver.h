@@ -24,6 +24,8 @@ class StepSolver {
   Eigen::Matrix<double, 6, 6> compliance(int body);
   /// Substeps a second that the joints need.
   double fastest_rate(std::span<const BodyRecord> bodies) const;
+  /// Appends the pairs of bodies that joints hold, or contacts in this step.
+  void list_pairs(std::vector<BodyPair>& pairs) const;
   const RigidMetrics& metrics() const { return metrics_; }
 
  private:

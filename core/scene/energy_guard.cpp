@@ -1,57 +1,314 @@
+#include "core/scene/energy_guard.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "core/dynamics/rigid_part.h"
-#include "core/scene/substep.h"
 
 namespace isochor {
 namespace {
 
 constexpr double swing = 0.02;  ///< of the energy of symplectic steps
 constexpr double round_off = 1e-9;
+constexpr double kept = 0.5;  ///< of a halted group's inner motion
 
-/// v becomes v_rigid + s·(v − v_rigid), s so that the energy falls by the excess, or as far as that goes.
-/// Returns by how much.
-double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
-  const auto rigid = [&](std::size_t i) { return motion.velocity_at(body.positions.at(i)); };
+double energy_about(const RigidPart& motion, const SoftBody& body) {
   double energy = 0.0;
   for (std::size_t i = 0; i < body.size(); ++i)
-    energy += 0.5 * body.masses[i] * (body.velocities.at(i) - rigid(i)).squaredNorm();
-  if (energy <= 0.0) return 0.0;
-  const double taken = std::min(excess, energy), scale = std::sqrt(1.0 - taken / energy);
-  for (std::size_t i = 0; i < body.size(); ++i)
-    if (body.inverse_masses[i] > 0.0)
-      body.velocities.set(i, rigid(i) + scale * (body.velocities.at(i) - rigid(i)));
-  return taken;
+    energy += 0.5 * body.masses[i] *
+              (body.velocities.at(i) - motion.velocity_at(body.positions.at(i))).squaredNorm();
+  return energy;
 }
 
-bool is_held_or_dragged(const World& world, const SceneSoftBody& soft) {
-  const auto moves = [](const PinnedParticle& pin) { return pin.rigid >= 0; };
-  return !soft.attachments.empty() || std::ranges::any_of(soft.pins, moves) ||
-         (world.grab && world.grab->body == soft.id);
+Eigen::Matrix3d world_inertia(const RigidBodyState& state) {
+  const Eigen::Matrix3d turn = state.pose.orientation.toRotationMatrix();
+  return turn * state.inertia * turn.transpose();
 }
 
-bool is_free(const SceneSoftBody& soft) {
-  return !soft.body.has_pins && (!soft.contacts || soft.contacts->empty());
+double energy_about(const RigidPart& motion, const RigidBodyState& state) {
+  const Vec3 v = state.velocity - motion.velocity_at(state.pose.position);
+  const Vec3 spin = state.angular_velocity() - motion.angular_velocity;
+  return 0.5 * v.squaredNorm() / state.inverse_mass + 0.5 * spin.dot(world_inertia(state) * spin);
 }
 
-bool is_driven(const World& world, const SceneSoftBody& soft) {
-  return soft.touched || is_held_or_dragged(world, soft);
+/// v becomes v_motion + s·(v − v_motion).
+void scale_about(const RigidPart& motion, double scale, SoftBody& body) {
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    if (!(body.inverse_masses[i] > 0.0)) continue;
+    const Vec3 common = motion.velocity_at(body.positions.at(i));
+    body.velocities.set(i, common + scale * (body.velocities.at(i) - common));
+  }
+}
+
+void scale_about(const RigidPart& motion, double scale, RigidBodyState& state) {
+  const Vec3 common = motion.velocity_at(state.pose.position);
+  state.velocity = common + scale * (state.velocity - common);
+  const Vec3 turning = world_inertia(state) * motion.angular_velocity;
+  state.angular_momentum = turning + scale * (state.angular_momentum - turning);
+}
+
+/// s so that s² of the energy is left when the excess is taken from it, as far as that goes.
+double scale_for(double excess, double energy) {
+  return energy > 0.0 ? std::sqrt(1.0 - std::min(excess, energy) / energy) : 1.0;
+}
+
+double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
+  const double energy = energy_about(motion, body);
+  if (!(energy > 0.0)) return 0.0;
+  scale_about(motion, scale_for(excess, energy), body);
+  return std::min(excess, energy);
+}
+
+Eigen::Matrix3d inertia_about(double mass, const Vec3& r) {
+  return mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
 }
 
 }  // namespace
 
-std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft) {
-  if (is_driven(world, soft)) return std::nullopt;
-  const double work = soft.contacts ? soft.contacts->work(soft.body) : 0.0;
-  return start_energy(soft.body, world.scene.gravity) + std::max(work, 0.0);
+void EnergyGuard::Sums::add_soft(const SoftBody& body, const Coordinates& x, const Coordinates& v) {
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 p = body.masses[i] * v.at(i);
+    kinetic += 0.5 * p.dot(v.at(i));
+    momentum += p;
+    center += body.masses[i] * x.at(i);
+  }
+  mass += body.total_mass;
+}
+
+void EnergyGuard::Sums::add_turning(const SoftBody& body, const Coordinates& x, const Coordinates& v) {
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    angular_momentum += body.masses[i] * x.at(i).cross(v.at(i));
+    inertia += inertia_about(body.masses[i], x.at(i));
+  }
+}
+
+void EnergyGuard::Sums::add_rigid(const RigidBodyState& state) {
+  const double m = 1.0 / state.inverse_mass;
+  mass += m;
+  kinetic += kinetic_energy(state);
+  momentum += m * state.velocity;
+  center += m * state.pose.position;
+  angular_momentum += state.angular_momentum + m * state.pose.position.cross(state.velocity);
+  inertia += world_inertia(state) + inertia_about(m, state.pose.position);
+}
+
+RigidPart EnergyGuard::Sums::common_motion() const {
+  const Vec3 c = center / mass, v = momentum / mass;
+  return {c, v, spin_of(inertia - inertia_about(mass, c), angular_momentum - c.cross(momentum))};
+}
+
+template <class Visit>
+void EnergyGuard::for_soft(int group, const Visit& visit) const {
+  for (std::size_t s = 0; s < world_.soft.size(); ++s)
+    if (groups_.of_soft(s) == group) visit(world_.soft[s]);
+}
+
+template <class Visit>
+void EnergyGuard::for_rigid(int group, const Visit& visit) const {
+  for (const MassiveBody& body : world_.massive)
+    if (groups_.of_rigid(body.source) == group) visit(body.source);
+}
+
+void EnergyGuard::begin() {
+  rigid_start_.clear();
+  for (int r = 0; r < world_.rigid.size(); ++r) rigid_start_.push_back(world_.rigid.state(r));
+}
+
+bool EnergyGuard::is_in_contact(const SceneSoftBody& soft) const {
+  return soft.touched || (soft.contacts && !soft.contacts->empty());
+}
+
+bool EnergyGuard::can_halt(std::size_t soft) const {
+  return can_halt_group(groups_.of_soft(soft));
+}
+
+bool EnergyGuard::can_halt_group(int group) const {
+  const GroupTraits& traits = groups_.traits(group);
+  bool began_valid = true;
+  for_soft(group, [&](const SceneSoftBody& soft) { began_valid &= !soft.began_inverted; });
+  return began_valid && !traits.pinched && !traits.unknown_work;
+}
+
+void EnergyGuard::hold(const Substep& step) {
+  for (std::size_t s = 0; s < world_.soft.size(); ++s) {
+    const int group = groups_.of_soft(s);
+    bool first = true, judged = false, inverted = false;
+    for (std::size_t before = 0; before < s; ++before) first &= groups_.of_soft(before) != group;
+    if (!first) continue;
+    for_soft(group, [&](const SceneSoftBody& soft) {
+      judged |= !soft.finished && (soft.recovered || is_in_contact(soft));
+      inverted |= soft.inverted;
+    });
+    if (!judged && !inverted) {
+      for_soft(group, [](SceneSoftBody& soft) { soft.spring_energy.reset(), soft.gained = 0.0; });
+      continue;
+    }
+    const bool valid = !inverted && judge(step, group);
+    if (!valid && can_halt_group(group)) halt(step, group);
+  }
+}
+
+EnergyGuard::Sums EnergyGuard::sum(int group, At when, bool turning) const {
+  Sums sums;
+  for_soft(group, [&](const SceneSoftBody& soft) {
+    const SoftBody& body = soft.body;
+    const Coordinates& x = when == At::start ? body.start_positions : body.positions;
+    const Coordinates& v = when == At::start ? body.start_velocities : body.velocities;
+    sums.add_soft(body, x, v);
+    if (turning) sums.add_turning(body, x, v);
+  });
+  for_rigid(group, [&](int r) {
+    sums.add_rigid(when == At::start ? rigid_start_[static_cast<std::size_t>(r)] : world_.rigid.state(r));
+  });
+  sums.potential = -world_.scene.gravity.dot(sums.center);
+  return sums;
+}
+
+/// That of the end is kept for the next substep.
+double EnergyGuard::spring_energy_at(SceneSoftBody& soft, At when) const {
+  const SoftBody& body = soft.body;
+  if (when == At::start)
+    return soft.spring_energy ? *soft.spring_energy
+                              : spring_energy(body.springs, body.material, body.start_positions);
+  soft.spring_energy = spring_energy(body.springs, body.material, body.positions);
+  return *soft.spring_energy;
+}
+
+/// Its impulse by its velocity: what it does to the momenta, but for gravity's share.
+double EnergyGuard::work_of_anchor(const Substep& step, int group, const Sums& start, const Sums& end) const {
+  const GroupTraits& traits = groups_.traits(group);
+  if (traits.pinched) {
+    double work = 0.0;
+    for_soft(group, [&](const SceneSoftBody& soft) {
+      if (soft.contacts) work += std::max(soft.contacts->work(soft.body), 0.0);
+    });
+    return work;
+  }
+  if (traits.anchor < 0 || world_.rigid.immobile(traits.anchor)) return 0.0;
+  const RigidPart motion = anchor_motion(world_, traits.anchor);
+  const Vec3 weight = step.h * world_.scene.gravity;
+  const Vec3 impulse = end.momentum - start.momentum - start.mass * weight;
+  const Vec3 moment = end.angular_momentum - start.angular_momentum - start.center.cross(weight);
+  return impulse.dot(motion.velocity) + (moment - motion.center.cross(impulse)).dot(motion.angular_velocity);
+}
+
+/// False when the springs alone hold more than the group may have, or nothing finite.
+bool EnergyGuard::judge(const Substep& step, int group) {
+  const GroupTraits& traits = groups_.traits(group);
+  if (traits.unknown_work) return true;
+  const bool turning = traits.anchor >= 0 && !world_.rigid.immobile(traits.anchor);
+  const Sums start = sum(group, At::start, turning), end = sum(group, At::end, turning);
+  double excess =
+      end.kinetic + end.potential - start.kinetic - start.potential - work_of_anchor(step, group, start, end);
+  double inside = 0.0, gained = 0.0;
+  bool recovered = false;
+  for_soft(group, [&](SceneSoftBody& soft) {
+    excess -= spring_energy_at(soft, At::start);
+    const double springs = spring_energy_at(soft, At::end);
+    excess += springs;
+    inside += springs;
+    gained += soft.gained;
+    recovered |= soft.recovered;
+    soft.gained = 0.0;
+  });
+  if (!std::isfinite(excess)) return false;
+  const Vec3 v =
+      traits.anchored ? anchor_motion(world_, traits.anchor).velocity : Vec3(end.momentum / end.mass);
+  inside += end.kinetic - end.momentum.dot(v) +
+            0.5 * end.mass * (v.squaredNorm() + (step.h * world_.scene.gravity).squaredNorm());
+  const double limit = recovered ? 0.0 : swing * inside;
+  gained = std::max(0.0, gained + excess);
+  const double all = gained - limit;
+  for_soft(group, [&](SceneSoftBody& soft) { soft.gained = std::exchange(gained, 0.0); });
+  if (all <= 0.0) return true;
+  for_soft(group, [&](SceneSoftBody& soft) { soft.gained = std::min(soft.gained, limit); });
+  return slow_down(group, all);
+}
+
+bool EnergyGuard::slow_down(int group, double excess) {
+  const GroupTraits& traits = groups_.traits(group);
+  const double all = excess;
+  for_soft(group, [&](SceneSoftBody& soft) {
+    SoftBody& body = soft.body;
+    if (!body.has_pins && excess > 0.0)
+      excess -= damp_about(rigid_part(body, body.positions, body.velocities), excess, body);
+  });
+  if (excess > round_off * all)
+    excess -= slow_down_about(traits.anchored ? anchor_motion(world_, traits.pinched ? -1 : traits.anchor)
+                                              : sum(group, At::end, true).common_motion(),
+                              group, excess);
+  return excess <= round_off * all;
+}
+
+double EnergyGuard::slow_down_about(const RigidPart& motion, int group, double excess) {
+  double energy = 0.0;
+  for_soft(group, [&](const SceneSoftBody& soft) { energy += energy_about(motion, soft.body); });
+  for_rigid(group, [&](int r) { energy += energy_about(motion, world_.rigid.state(r)); });
+  if (!(energy > 0.0)) return 0.0;
+  const double scale = scale_for(excess, energy);
+  for_soft(group, [&](SceneSoftBody& soft) { scale_about(motion, scale, soft.body); });
+  for_rigid(group, [&](int r) {
+    RigidBodyState state = world_.rigid.state(r);
+    scale_about(motion, scale, state);
+    world_.rigid.set_state(r, state);
+  });
+  return std::min(excess, energy);
+}
+
+// A free group moves by the path of its centre, without turning, so that its energy, momentum and angular
+// momentum are those of the start exactly; an anchored one with its anchor.
+void EnergyGuard::halt(const Substep& step, int group) {
+  ++step.stats.recoveries;
+  const GroupTraits& traits = groups_.traits(group);
+  const Vec3 gained = step.h * (traits.anchored ? Vec3(Vec3::Zero()) : world_.scene.gravity);
+  Pose from, to;
+  RigidPart motion;
+  if (traits.anchor >= 0) {
+    from = rigid_start_[static_cast<std::size_t>(traits.anchor)].pose;
+    to = world_.rigid.pose(traits.anchor);
+    motion = anchor_motion(world_, traits.anchor);
+    motion.center = from.position;
+  } else if (!traits.anchored) {
+    motion = sum(group, At::start, true).common_motion();
+    to.position = step.h * (motion.velocity + 0.5 * gained);
+  }
+  const Eigen::Quaterniond turn = to.orientation * from.orientation.conjugate();
+  RigidPart motion_after = motion;
+  motion_after.center = to.to_world(from.to_local(motion.center));
+  motion_after.velocity += gained;
+  for_soft(group, [&](SceneSoftBody& soft) {
+    SoftBody& body = soft.body;
+    for (std::size_t i = 0; i < body.size(); ++i) {
+      const Vec3 x = body.start_positions.at(i), inner = body.start_velocities.at(i) - motion.velocity_at(x);
+      const Vec3 after = to.to_world(from.to_local(x));
+      const bool held = body.inverse_masses[i] == 0.0;
+      body.positions.set(i, held ? body.positions.at(i) : after);
+      body.velocities.set(
+          i, held ? body.velocities.at(i) : Vec3(motion_after.velocity_at(after) + kept * (turn * inner)));
+    }
+    soft.recovered = true;
+    soft.inverted = soft.forces_valid = false;
+    soft.spring_energy.reset();
+    soft.gained = soft.kick_due = 0.0;
+    if (soft.contacts) soft.contacts->hold_back(body, 0.0, Vec3::Zero());
+  });
+  for_rigid(group, [&](int r) {
+    RigidBodyState state = rigid_start_[static_cast<std::size_t>(r)];
+    const Vec3 inner = state.velocity - motion.velocity_at(state.pose.position);
+    const Vec3 inner_spin = state.angular_velocity() - motion.angular_velocity;
+    state.pose.position = to.to_world(from.to_local(state.pose.position));
+    state.pose.orientation = turn * state.pose.orientation;
+    state.velocity = motion_after.velocity_at(state.pose.position) + kept * (turn * inner);
+    state.angular_momentum = world_inertia(state) * (motion.angular_velocity + kept * (turn * inner_spin));
+    world_.rigid.set_state(r, state);
+  });
 }
 
 bool gains_energy(const Substep& step, const SceneSoftBody& soft) {
+  if (soft.touched || !soft.pins.empty() || !soft.attachments.empty() ||
+      (step.world.grab && step.world.grab->body == soft.id))
+    return false;
   const SoftBody& body = soft.body;
-  const auto allowed = allowed_energy(step.world, soft);
-  if (!allowed) return false;
   const Vec3& gravity = step.world.scene.gravity;
+  const double work = soft.contacts ? std::max(soft.contacts->work(body), 0.0) : 0.0;
   double energy = spring_energy(body.springs, body.material, body.positions) + gravity_energy(body, gravity);
   double inside = spring_energy(body.springs, body.material, body.start_positions) +
                   0.5 * body.total_mass * (step.h * gravity).squaredNorm();
@@ -60,7 +317,7 @@ bool gains_energy(const Substep& step, const SceneSoftBody& soft) {
     energy += 0.5 * body.masses[i] * moved.squaredNorm() / (step.h * step.h);
     inside += 0.5 * body.masses[i] * body.start_velocities.at(i).squaredNorm();
   }
-  return energy > *allowed + 0.05 * inside;
+  return energy > start_energy(body, gravity) + work + 0.05 * inside;
 }
 
 bool keep_ledger(const World& world, SceneSoftBody& soft) {
@@ -69,54 +326,6 @@ bool keep_ledger(const World& world, SceneSoftBody& soft) {
   if (!(excess > 0.0)) return true;
   const RigidPart motion = body.has_pins ? RigidPart{} : rigid_part(body, body.positions, body.velocities);
   return damp_about(motion, excess, body) == excess;
-}
-
-void hold_collision_energy(World& world) {
-  const Vec3& gravity = world.scene.gravity;
-  double excess = 0.0, inside = 0.0;
-  for (const SceneSoftBody& soft : world.soft) {
-    if (!soft.touched) continue;
-    if (is_held_or_dragged(world, soft)) return;
-    const SoftBody& body = soft.body;
-    const double work = soft.contacts ? soft.contacts->work(body) : 0.0;
-    const double energy = total_energy(body, gravity);
-    excess += energy - start_energy(body, gravity) - std::max(work, 0.0);
-    inside += energy - gravity_energy(body, gravity);
-  }
-  if (!(excess > swing * inside)) return;
-  for (SceneSoftBody& soft : world.soft)
-    if (soft.touched && !soft.body.has_pins && excess > 0.0)
-      excess -=
-          damp_about(rigid_part(soft.body, soft.body.positions, soft.body.velocities), excess, soft.body);
-}
-
-bool hold_energy(const World& world, SceneSoftBody& soft) {
-  const auto allowed = allowed_energy(world, soft);
-  if (!allowed) return true;
-  SoftBody& body = soft.body;
-  const Vec3& gravity = world.scene.gravity;
-  const double energy = total_energy(body, gravity), all = energy - *allowed;
-  if (!(all > (soft.recovered ? 0.0 : swing * (energy - gravity_energy(body, gravity))))) return true;
-  double excess = all;
-  if (!body.has_pins) excess -= damp_about(rigid_part(body, body.positions, body.velocities), excess, body);
-  if (!is_free(soft) && excess > 0.0) excess -= damp_about(RigidPart{}, excess, body);
-  return excess <= round_off * all;
-}
-
-bool halt(const Substep& step, SceneSoftBody& soft) {
-  if (soft.began_inverted || is_driven(step.world, soft) || !step.world.massive.empty() ||
-      (soft.contacts && soft.contacts->on_the_move()))
-    return false;
-  SoftBody& body = soft.body;
-  if (!soft.recovered) ++step.stats.recoveries;
-  soft.recovered = true;
-  restore_start(body);
-  soft.inverted = soft.forces_valid = false;
-  const RigidPart motion = is_free(soft) ? rigid_part(body, body.positions, body.velocities) : RigidPart{};
-  for (std::size_t i = 0; i < body.size(); ++i)
-    if (body.inverse_masses[i] > 0.0)
-      body.velocities.set(i, 0.5 * (body.velocities.at(i) + motion.velocity_at(body.positions.at(i))));
-  return true;
 }
 
 }  // namespace isochor

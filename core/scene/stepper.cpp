@@ -31,15 +31,9 @@ bool is_held(const World& world, const SceneSoftBody& soft) {
          (soft.body.has_pins || (world.massive.empty() && !is_in_free_flight(soft)));
 }
 
-/// What contacts put right in parts of a substep that failed makes high speeds. Implicit steps are judged
-/// before (gains_energy).
-bool is_violent(const Substep& step, const SceneSoftBody& soft) {
-  return step.halved && !soft.implicit && soft.contacts && !soft.contacts->empty();
-}
-
 }  // namespace
 
-Stepper::Stepper(World& world) : world_(world) {
+Stepper::Stepper(World& world) : world_(world), guard_(world) {
   for (SceneSoftBody& soft : world_.soft) soft.inverted = any_inverted(*soft.body.mesh, soft.body.positions);
 }
 
@@ -79,10 +73,10 @@ void Stepper::start_rigid(double h) {
 
 void Stepper::advance(double h, int halvings) {
   Substep step{world_, stats_, h, halvings < max_halvings, lifting_};
-  step.halved = halvings > 0;
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;
+  guard_.begin();
   world_.phases.run(Phase::rigid_bodies, [&] { start_rigid(h); });
   for (SceneSoftBody& soft : world_.soft) predict(step, soft);
   if (world_.surfaces) begin_collision(step);
@@ -114,10 +108,11 @@ void Stepper::advance(double h, int halvings) {
   for (SceneSoftBody& soft : world_.soft)
     if (!soft.finished) take_velocities(step, soft);
   if (world_.surfaces) world_.phases.run(Phase::restitution, [&] { world_.surfaces->contacts().bounce(); });
-  for (SceneSoftBody& soft : world_.soft)
-    if (!soft.finished) finish(step, soft);
-  if (world_.surfaces) world_.phases.run(Phase::surface_contacts, [&] { hold_collision_energy(world_); });
+  guard_.find_groups();
+  for (std::size_t s = 0; s < world_.soft.size(); ++s)
+    if (!world_.soft[s].finished) finish(step, s);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
+  guard_.hold(step);
   count_contacts();
   starting_ = false;
 }
@@ -167,7 +162,7 @@ bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   if (is_in_free_flight(soft)) {
     const double due = soft.kick_due;
     take_velocities(step, soft);
-    finish(step, soft);
+    finish(step, static_cast<std::size_t>(&soft - world_.soft.data()));
     if (keep_ledger(world_, soft)) return true;
     soft.kick_due = due;
   }
@@ -192,7 +187,8 @@ void Stepper::take_velocities(const Substep& step, SceneSoftBody& soft) {
   record_projection(step, soft);
 }
 
-void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
+void Stepper::finish(const Substep& step, std::size_t index) {
+  SceneSoftBody& soft = world_.soft[index];
   if (soft.contacts) {
     hand_out(step, soft);
     world_.phases.run(Phase::restitution, [&] {
@@ -200,12 +196,11 @@ void Stepper::finish(const Substep& step, SceneSoftBody& soft) {
         world_.rigid.apply_wrench(due.source, due.center, due.push, due.moment);
     });
   }
-  if (soft.inverted && !halt(step, soft)) recover_inverted(step, soft);
+  if (soft.inverted && !guard_.can_halt(index)) recover_inverted(step, soft);
   evaluate_forces(world_, soft);
   soft.kick_due = is_held(world_, soft) ? 0.5 * step.h : 0.0;
   kick(world_, soft, 0.5 * step.h - soft.kick_due);
   if (soft.contacts) soft.contacts->hold_back(soft.body, 0.5 * step.h - soft.kick_due, world_.scene.gravity);
-  if ((soft.recovered || is_violent(step, soft)) && !hold_energy(world_, soft)) halt(step, soft);
   if (soft.stepping == soft.integrator) return;
   soft.forces_valid = false;
   if (!is_in_free_flight(soft))  // moving bodies may have put energy in

@@ -1,6 +1,6 @@
 #pragma once
 #include "core/common/progress.h"
-#include "core/scene/substep.h"
+#include "core/scene/energy_guard.h"
 
 namespace isochor {
 
@@ -27,13 +27,14 @@ class Stepper {
   void predict(const Substep& step, SceneSoftBody& soft);
   void move_freely(const Substep& step, SceneSoftBody& soft);
   void take_velocities(const Substep& step, SceneSoftBody& soft);
-  void finish(const Substep& step, SceneSoftBody& soft);
+  void finish(const Substep& step, std::size_t index);
   /// A filtered substep that touches something, or ends with more energy than the ledger allows, is taken
   /// back and stepped by implicit Euler, which gains none. True when it stands, and is finished.
   bool settle(const Substep& step, SceneSoftBody& soft);
   void count_contacts();
 
   World& world_;
+  EnergyGuard guard_;
   bool together_ = false;  ///< no body is stepped by itself
   bool lifting_ = true;    ///< tets that invert are lifted within the substep
   bool starting_ = true;   ///< before the first substep has ended

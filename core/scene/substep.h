@@ -1,6 +1,4 @@
 #pragma once
-#include <optional>
-
 #include "core/scene/world.h"
 
 namespace isochor {
@@ -12,7 +10,6 @@ struct Substep {
   double h;
   bool may_halve = false;  ///< a substep that fails is taken again in two halves
   bool may_lift = true;    ///< tets that invert are lifted within it
-  bool halved = false;     ///< is a part of one that failed
 };
 
 /// That of the body's integrator.
@@ -63,25 +60,12 @@ void hand_out(const Substep& step, SceneSoftBody& soft);
 /// velocities alone.
 void recover_inverted(const Substep& step, SceneSoftBody& soft);
 
-/// What the body may have at the end of the substep: the energy of its start, and the work of what moves it
-/// by contact. Nothing where pins, attachments, the mouse or other deformable bodies move it,
-/// whose work is not known.
-std::optional<double> allowed_energy(const World& world, const SceneSoftBody& soft);
 /// The body, at the end of the substep but with its velocities still to be taken from its positions, has more
-/// energy than it is allowed, by over a twentieth of what it had inside.
+/// energy than at its start and by the work of what presses on it, by over a twentieth of what it had inside.
+/// Never so where pins, attachments, the mouse or other deformable bodies move it.
 bool gains_energy(const Substep& step, const SceneSoftBody& soft);
 /// A body that swings freely has no more energy than its ledger: what the solve has left over is taken from
 /// its deformation. False when that has not enough.
 bool keep_ledger(const World& world, SceneSoftBody& soft);
-/// Deformable bodies that meet have no more energy together than before, or what was put in: the rest is
-/// taken from their deformation, which carries no momentum.
-void hold_collision_energy(World& world);
-/// Recovery must not add energy: slows down the body's deformation until it has what it is allowed; in
-/// contact, where momentum is not its own, all of its motion. False where its springs alone hold more.
-bool hold_energy(const World& world, SceneSoftBody& soft);
-/// A substep of no use, that ends inverted or with energy from nowhere: the body stays where it was, in half
-/// of its deformation's motion; in contact, of all its motion. Only where no surface moves that would go
-/// through it or take its momentum; false, and nothing done, elsewhere.
-bool halt(const Substep& step, SceneSoftBody& soft);
 
 }  // namespace isochor

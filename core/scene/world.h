@@ -27,17 +27,19 @@ struct SceneSoftBody {
   SpringIntegrator integrator = SpringIntegrator::symplectic;  ///< of its springs, never automatic
   std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
   SpringIntegrator stepping = SpringIntegrator::symplectic;    ///< that of this substep
-  double energy_ledger = 0.0;       ///< J; what a stiff and lively body may have, see Stepper::settle
-  double kick_due = 0.0;            ///< s of gravity that the last substep has left to this one
-  bool finished = false;            ///< with this substep already
-  bool forces_valid = false;        ///< body.forces are those of the present positions
-  bool pressed_implicitly = false;  ///< its contacts were balanced within the implicit solve
-  bool unbalanced = false;          ///< that solve failed
-  bool recovered = false;           ///< moved by the inequality of its tets in this substep
-  bool inverted = false;            ///< some tet was, at the end of the last substep
-  ProjectionResult projection;      ///< the last of this substep
-  bool began_inverted = false;      ///< some tet was, as the substep began
-  bool touched = false;             ///< by a deformable body in this substep, or by itself
+  double energy_ledger = 0.0;           ///< J; what a stiff and lively body may have, see Stepper::settle
+  double gained = 0.0;                  ///< J, in the contact that it is in: the swing of symplectic steps
+  std::optional<double> spring_energy;  ///< J, as the substep begins, where it is known
+  double kick_due = 0.0;                ///< s of gravity that the last substep has left to this one
+  bool finished = false;                ///< with this substep already
+  bool forces_valid = false;            ///< body.forces are those of the present positions
+  bool pressed_implicitly = false;      ///< its contacts were balanced within the implicit solve
+  bool unbalanced = false;              ///< that solve failed
+  bool recovered = false;               ///< moved by the inequality of its tets in this substep
+  bool inverted = false;                ///< some tet was, at the end of the last substep
+  ProjectionResult projection;          ///< the last of this substep
+  bool began_inverted = false;          ///< some tet was, as the substep began
+  bool touched = false;                 ///< by a deformable body in this substep, or by itself
 };
 
 class SurfaceCollision;

@@ -149,6 +149,81 @@ INSTANTIATE_TEST_SUITE_P(Speeds, ThinPlate,
                          ::testing::Combine(::testing::Values(20.0, 50.0, 100.0),
                                             ::testing::Values(0.0, 0.17, 0.52, 0.79)));
 
+struct Impact {
+  const char* name;
+  double ratio;      ///< mass of the rigid body over the cube's
+  double stiffness;  ///< N/m, of edges
+  double speed;      ///< m/s
+};
+void PrintTo(const Impact& impact, std::ostream* out) {
+  *out << impact.name;
+}
+
+class ImpactOnMassive : public ::testing::TestWithParam<Impact> {};
+
+/// A tilted cube that hits a capsule: momentum is kept, and in the frame of their common centre the pair
+/// never has more energy than it met with.
+TEST_P(ImpactOnMassive, KeepsMomentumAndAddsNoEnergy) {
+  const Impact& impact = GetParam();
+  Progress quiet;
+  Scene scene = cube_at_rest(3);
+  auto& body = std::get<DeformableBody>(scene.bodies[0].kind);
+  body.edge_stiffness = impact.stiffness, body.diagonal_stiffness = 0.0;
+  scene.bodies[0].position = Vec3(0.1, 1.6, -0.2);
+  scene.bodies[0].velocity = Vec3(0.0, -impact.speed, 0.0);
+  scene.bodies[0].orientation = Eigen::AngleAxisd(0.7, Vec3(1.0, 2.0, 3.0).normalized());
+  add_fixed(scene, "capsule", CapsuleShape{0.25, 0.5}, Vec3::Zero());
+  auto& rigid = std::get<RigidBody>(scene.bodies[1].kind);
+  rigid.is_static = false;
+  rigid.mass = 1000.0 * impact.ratio;
+  scene.bodies[1].orientation = Eigen::AngleAxisd(1.2, Vec3::UnitX());
+  const auto simulation = compile(scene, quiet);
+  const double mass = 1000.0 * (1.0 + impact.ratio);
+  const auto energy = [&](const Metrics& m) {
+    return m.kinetic_energy + m.potential_energy - 0.5 * m.linear_momentum.squaredNorm() / mass;
+  };
+  const Metrics start = simulation->snapshot().metrics;
+  double lost = 0.0;
+  for (int i = 0; i < 15; ++i) {
+    const Snapshot frame = simulation->step(quiet);
+    ASSERT_TRUE(all_finite(frame)) << i;
+    EXPECT_LE(energy(frame.metrics), 1.03 * energy(start)) << i;
+    EXPECT_LE((frame.metrics.linear_momentum - start.linear_momentum).norm(),
+              1e-10 * start.linear_momentum.norm())
+        << i;
+    EXPECT_EQ(frame.metrics.inverted, 0) << i;
+    lost = energy(start) - energy(frame.metrics);
+  }
+  EXPECT_GT(lost, 0.0);
+}
+INSTANTIATE_TEST_SUITE_P(Extremes, ImpactOnMassive,
+                         ::testing::Values(Impact{"light", 0.01, 1e4, 100.0}, Impact{"equal", 1.0, 1e3, 50.0},
+                                           Impact{"heavy", 1e6, 1e4, 50.0}, Impact{"stiff", 1.0, 1e7, 20.0}),
+                         [](const auto& test) { return test.param.name; });
+
+/// A plate that flies into a cube at rest: in the frame of the plate there is never more energy than before,
+/// and nothing goes through.
+TEST(Extremes, AFlyingPlateAddsItsWorkAndNoMore) {
+  Progress quiet;
+  Scene scene = cube_at_rest(4);
+  auto& body = std::get<DeformableBody>(scene.bodies[0].kind);
+  body.edge_stiffness = 1e3, body.diagonal_stiffness = 0.0;
+  scene.bodies[0].orientation = Eigen::AngleAxisd(0.6, Vec3(1.0, 0.0, 1.0).normalized());
+  add_fixed(scene, "plate", BoxShape{Vec3(5.0, 0.01, 5.0)}, Vec3(0.0, -1.2, 0.0));
+  auto& plate = std::get<RigidBody>(scene.bodies[1].kind);
+  const Vec3 v(10.0, 50.0, 0.0);
+  plate.is_static = false;
+  plate.motion = Motion{v, Vec3::Zero(), 10.0, {}};
+  const auto simulation = compile(scene, quiet);
+  for (int i = 1; i <= 12; ++i) {
+    const Snapshot frame = simulation->step(quiet);
+    const Metrics& m = frame.metrics;
+    const double before = 0.5 * 1000.0 * v.squaredNorm();
+    EXPECT_LE(m.kinetic_energy + m.potential_energy - m.linear_momentum.dot(v) + before, 1.03 * before) << i;
+    for (const Vec3& p : frame.bodies[0].positions) ASSERT_GT(p.y(), -1.2 + v.y() * i / 60.0) << i;
+  }
+}
+
 /// All particles pinned away from rest: nothing can be done, which it says, with the cell.
 TEST(Extremes, AnInfeasibleBodyIsNamed) {
   Progress quiet;
