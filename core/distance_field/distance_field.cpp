@@ -122,6 +122,7 @@ DistanceField make_distance_field(const TriangleSoup& soup, const DistanceFieldO
                                   Progress& progress) {
   DistanceField field;
   field.grid = distance_grid(bounding_box(soup), options);
+  field.padding = options.padding;
   check_budget(soup, field.grid, options);
   progress.throw_if_cancelled();
   field.distance.reserve(field.grid.count());

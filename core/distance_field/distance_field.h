@@ -9,7 +9,7 @@ namespace isochor {
 
 struct DistanceFieldOptions {
   int voxels = 128;  ///< along the box's longest edge, 16 to 512
-  int padding = 4;   ///< voxels added on each side; see pseudo_volume's required_padding
+  int padding = 4;   ///< voxels added on each side; pseudo_volume asks for field_padding
   std::int64_t max_bytes = std::int64_t{4}
                            << 30;  ///< refused above: the distances and what they are made from
   bool operator==(const DistanceFieldOptions&) const = default;
@@ -21,6 +21,7 @@ struct DistanceField {
   Grid grid;
   std::vector<float> distance;  ///< grid.count()
   float max_distance = 0.0F;
+  int padding = 0;  ///< voxels around the soup's box
 };
 
 /// The grid alone: cubic voxels, centred on the soup's box. Throws invalid_argument.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "core/embedding/tet_locator.h"
 #include "core/parallel/parallel.h"
@@ -20,6 +22,25 @@ std::array<double, 4> exact_sum(const std::array<double, 4>& w) {
   return {1.0 - (b + c + d), b, c, d};
 }
 
+/// Vertices sorted by a coarse grid, so that each is near the one before: files need not be in such an order.
+std::vector<std::int32_t> spatial_order(std::span<const Vec3> points) {
+  constexpr int bins = 16;  // along the longest edge
+  Box box;
+  for (const Vec3& p : points) box.extend(p);
+  const double width = std::max(box.size().maxCoeff() / bins, std::numeric_limits<double>::min());
+  const Vec3i size = (box.size() / width).array().floor().min(bins - 1.0).cast<int>() + 1;
+  const auto bin = [&](const Vec3& p) {
+    const Vec3i at = ((p - box.min) / width).cast<int>().cwiseMin(size - Vec3i::Ones());
+    return at.x() + size.x() * (at.y() + size.y() * at.z());
+  };
+  std::vector<std::int32_t> next(size.prod() + 1, 0), order(points.size());
+  for (const Vec3& p : points) ++next[bin(p) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::size_t v = 0; v < points.size(); ++v)
+    order[next[bin(points[v])]++] = static_cast<std::int32_t>(v);
+  return order;
+}
+
 }  // namespace
 
 Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress& progress) {
@@ -27,12 +48,14 @@ Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress
   progress.report("embedding", 0.0);
   const TetLocator locator(mesh, progress);
   const auto count = static_cast<std::int64_t>(soup.positions.size());
+  const std::vector<std::int32_t> order = spatial_order(soup.positions);
   Embedding embedding;
   embedding.tet.resize(count), embedding.weights.resize(count), embedding.distance.resize(count);
   parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
-    TetLocator::Hint hint;  // neighbours in the file are mostly neighbours in space
-    for (auto v = begin; v < end; ++v) {
+    TetLocator::Hint hint;
+    for (auto n = begin; n < end; ++n) {
+      const std::int32_t v = order[n];
       const TetLocator::Location found = locator.locate(soup.positions[v], hint);
       embedding.tet[v] = found.tet;
       embedding.weights[v] = exact_sum(found.weights);

@@ -39,7 +39,7 @@ int largest_fitting(int from, int step, int least, Fits&& fits) {
 Estimate estimate(const SoupSize& soup, const MeshingOptions& options) {
   Estimate e;
   const Box& box = soup.box;
-  const Grid voxels = distance_grid(box, {options.voxels, required_padding(options.pseudo_volume)});
+  const Grid voxels = distance_grid(box, {options.voxels, field_padding});
   const double d_in = options.pseudo_volume.p_in_voxels * voxels.spacing;
   e.voxels = voxels.count();
   e.max_cells = lattice_grid(box, options.lattice.cells, d_in).count();

@@ -42,24 +42,6 @@ std::shared_ptr<const Noun> PipelineStages::update(std::string_view name, std::i
   return stage.result;
 }
 
-// Thresholds given as probabilities mean distances only once the field is known, and those ask for padding.
-void PipelineStages::update_field(const MeshingOptions& options, Progress& progress) {
-  DistanceFieldOptions wanted{options.voxels, required_padding(options.pseudo_volume)};
-  const bool as_probability = options.pseudo_volume.p_in || options.pseudo_volume.p_subs;
-  if (as_probability && pseudo_volume_.result && pseudo_volume_.source == field_.serial &&
-      pseudo_volume_.options == options.pseudo_volume)
-    wanted.padding = field_.options.padding;
-  for (;;) {
-    reports_.clear();
-    update("distance_field", 0, field_, wanted,
-           [&] { return make_distance_field(*soup_, wanted, progress); });
-    if (!as_probability) return;
-    const Thresholds thresholds = resolve_thresholds(*field_.result, options.pseudo_volume);
-    if (thresholds.p_subs_voxels + 2.0 <= wanted.padding) return;
-    wanted.padding = required_padding(thresholds);
-  }
-}
-
 void PipelineStages::measure(Model& model, Progress& progress) {
   if (quality_source_ != embedding_.serial) {
     const auto begin = Clock::now();
@@ -81,8 +63,10 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
   if (!input_) input_ = std::make_shared<const MeshReport>(inspect(*soup_));
   model->input = input_;
   progress.throw_if_cancelled();
-  update_field(options, progress);
-  model->field = field_.result;
+  reports_.clear();
+  const DistanceFieldOptions field{options.voxels, field_padding};
+  model->field = update("distance_field", 0, field_, field,
+                        [&] { return make_distance_field(*soup_, field, progress); });
   model->pseudo_volume = update("pseudo_volume", field_.serial, pseudo_volume_, options.pseudo_volume, [&] {
     return make_pseudo_volume(*field_.result, options.pseudo_volume, progress);
   });

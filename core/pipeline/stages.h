@@ -32,7 +32,6 @@ class PipelineStages {
   template <class Noun, class Options, class Make>
   std::shared_ptr<const Noun> update(std::string_view name, std::int64_t source, Stage<Noun, Options>& stage,
                                      const Options& options, Make&& make);
-  void update_field(const MeshingOptions& options, Progress& progress);
   void measure(Model& model, Progress& progress);
 
   struct Nothing {

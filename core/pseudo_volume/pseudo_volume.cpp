@@ -58,7 +58,8 @@ std::int64_t add_sheets(const Votes& at_threshold, BitVolume sheets, double radi
   return count;
 }
 
-void unpack(const Votes& votes, const BitVolume& inside, PseudoVolume& volume, const Progress& progress) {
+void unpack(const Votes& votes, const BitVolume& inside, const FieldWindow& window, PseudoVolume& volume,
+            const Progress& progress) {
   volume.votes.resize(volume.grid.count());
   progress.throw_if_cancelled();
   volume.inside.resize(volume.grid.count());
@@ -66,7 +67,7 @@ void unpack(const Votes& votes, const BitVolume& inside, PseudoVolume& volume, c
     progress.throw_if_cancelled();
     for (auto r = begin; r < end; ++r) {
       const int j = static_cast<int>(r % inside.size.y()), k = static_cast<int>(r / inside.size.y());
-      const std::int64_t first = volume.grid.index(0, j, k);
+      const std::int64_t first = window.index(0, j, k);
       votes.unpack_row(j, k, volume.votes.data() + first);
       unpack_row(inside, j, k, volume.inside.data() + first);
     }
@@ -84,11 +85,12 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   volume.thresholds = resolve_thresholds(field, options);
   progress.throw_if_cancelled();
   progress.report("pseudo_volume", 0.0);
-  const VoxelMasks masks = make_voxel_masks(field, volume.thresholds.d_in, volume.thresholds.d_subs);
+  const FieldWindow window(field, volume.thresholds.d_in);
+  const VoxelMasks masks = make_voxel_masks(window, volume.thresholds.d_in, volume.thresholds.d_subs);
   progress.throw_if_cancelled();
 
   Votes threshold_votes, maximum_votes;
-  Sweep sweep{field, masks};
+  Sweep sweep{window, masks};
   if (options.crossing != Crossing::at_maximum) {
     threshold_votes = Votes(masks.near);
     sweep.at_threshold = &threshold_votes;
@@ -112,7 +114,7 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
     volume.sheet_count = add_sheets(threshold_votes, voted_inside(threshold_votes, masks.near, majority),
                                     volume.thresholds.p_in_voxels + 1.0, inside, votes);
   progress.throw_if_cancelled();
-  unpack(votes, inside, volume, progress);
+  unpack(votes, inside, window, volume, progress);
   return volume;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -18,7 +19,7 @@ enum class Crossing {
 struct PseudoVolumeOptions {
   double p_in_voxels = 1.0;      ///< d_in: distance, in voxels, below which P > P_in; 0.87 to 16
   double p_subs_voxels = 1.5;    ///< d_subs ≥ d_in: a further crossing counts only beyond it; to 24
-  std::optional<double> p_in;    ///< the same as a probability; overrides p_in_voxels
+  std::optional<double> p_in;    ///< the same as a probability, no more than 16 voxels; overrides p_in_voxels
   std::optional<double> p_subs;  ///< overrides p_subs_voxels
   int rays = 26;                 ///< 6, 14 or 26 directions
   Crossing crossing = Crossing::automatic;
@@ -35,17 +36,21 @@ struct Thresholds {
   double p_in, p_subs;                ///< probabilities
   double d_in, d_subs;                ///< model units
 };
+/// Throws invalid_argument for what is out of range.
 Thresholds resolve_thresholds(const DistanceField& field, const PseudoVolumeOptions& options);
 
-/// Padding that keeps rays outside and armed at the start: max(4, d_subs + 2), rounded up to 4, 8, 16, 28 so
-/// that moving a threshold seldom makes the distances stale.
-int required_padding(const PseudoVolumeOptions& options);
-/// The same for thresholds that are known; throws invalid_argument beyond 24 voxels.
-int required_padding(const Thresholds& thresholds);
+/// Padding that keeps rays outside and armed at the start. They may change nearer than d_in only; d_subs says
+/// when they may change again.
+inline int padding_of_rays(double p_in_voxels) {
+  return static_cast<int>(std::ceil(p_in_voxels)) + 2;
+}
+/// That of the largest d_in, so that moving a threshold never makes the distances stale.
+inline constexpr double most_p_in_voxels = 16.0;
+inline constexpr int field_padding = static_cast<int>(most_p_in_voxels) + 2;
 
 struct PseudoVolume {
   Grid grid;                         ///< that of the distance field
-  std::vector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel
+  std::vector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel; 0 far outside
   std::vector<std::uint8_t> inside;  ///< 1 where more than half, or far_majority, vote inside
   int rays = 0;
   Thresholds thresholds{};

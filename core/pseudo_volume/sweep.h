@@ -6,7 +6,7 @@ namespace isochor {
 
 /// What the sweeps read, and the votes of the crossing rules that are wanted (null: not wanted).
 struct Sweep {
-  const DistanceField& field;
+  const FieldWindow& window;
   const VoxelMasks& masks;
   Votes* at_threshold = nullptr;
   Votes* at_maximum = nullptr;

@@ -99,15 +99,15 @@ class SliceCaster {
 
  private:
   void load(int j) {
-    const Grid& grid = sweep_.field.grid;
+    const FieldWindow& window = sweep_.window;
     for (int w = 0; w < sweep_.masks.near.words; ++w) {
       const std::uint64_t near = sweep_.masks.near.row(j, k_)[w];
       forward_.far[w] = backward_.far[w] = sweep_.masks.far.row(j, k_)[w];
       std::uint64_t before_farther = 0, next_farther = 0, before_nearer = 0, next_nearer = 0, grows = 0,
                     falls = 0;
       if (near != 0) {
-        const std::int64_t at = grid.index(64 * w, j, k_);
-        const DistanceWindow before(sweep_.field, at - 1), here(sweep_.field, at), next(sweep_.field, at + 1);
+        const std::int64_t at = window.index(64 * w, j, k_);
+        const DistanceWindow before(window.field, at - 1), here(window.field, at), next(window.field, at + 1);
         before_farther = greater(before, here), before_nearer = greater(here, before);
         next_farther = greater(next, here), next_nearer = greater(here, next);
         grows = greater(next, before), falls = greater(before, next);

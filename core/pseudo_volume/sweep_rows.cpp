@@ -83,17 +83,17 @@ struct Paths {
 
 ISOCHOR_MULTIVERSION void sweep_paths(const Sweep& sweep, const RowSweep& directions, std::int64_t begin,
                                       std::int64_t end) {
-  const Grid& grid = sweep.field.grid;
-  const Paths paths{grid.size, directions.step_y, directions.step_z};
+  const FieldWindow& window = sweep.window;
+  const Paths paths{window.size, directions.step_y, directions.step_z};
   const int words = sweep.masks.near.words, kinds = static_cast<int>(directions.steps_x.size());
   std::array<std::int64_t, 3> steps{};
   for (int n = 0; n < kinds; ++n)
-    steps[n] = grid.index(directions.steps_x[n], directions.step_y, directions.step_z);
+    steps[n] = window.field.grid.index(directions.steps_x[n], directions.step_y, directions.step_z);
   std::vector<RayWord> rays((end - begin) * kinds * words);
   for (int s = 0; s < paths.length(); ++s)
     for (auto r = begin; r < end; ++r) {
       const auto [j, k] = paths.row(r, s);
-      if (j < 0 || j >= grid.size.y()) continue;
+      if (j < 0 || j >= window.size.y()) continue;
       RayWord* row_rays = rays.data() + (r - begin) * kinds * words;
       for (int n = 0; n < kinds; ++n) shift(row_rays + n * words, words, directions.steps_x[n]);
       const std::uint64_t* near = sweep.masks.near.row(j, k);
@@ -103,7 +103,7 @@ ISOCHOR_MULTIVERSION void sweep_paths(const Sweep& sweep, const RowSweep& direct
         std::array<std::uint64_t, 3> maximum{}, threshold{};
         for (int n = 0; n < kinds; ++n) {
           RayWord& ray = row_rays[n * words + w];
-          maximum[n] = advance(sweep.field, {grid.index(64 * w, j, k), steps[n]}, near[w], far[w], ray);
+          maximum[n] = advance(window.field, {window.index(64 * w, j, k), steps[n]}, near[w], far[w], ray);
           threshold[n] = ray.at_threshold;
         }
         if (sweep.at_maximum && (maximum[0] | maximum[1] | maximum[2]) != 0)
@@ -117,7 +117,7 @@ ISOCHOR_MULTIVERSION void sweep_paths(const Sweep& sweep, const RowSweep& direct
 }  // namespace
 
 void sweep_rows(const Sweep& sweep, const RowSweep& directions, const Progress& progress) {
-  const Paths paths{sweep.field.grid.size, directions.step_y, directions.step_z};
+  const Paths paths{sweep.window.size, directions.step_y, directions.step_z};
   // Neighbouring paths run through neighbouring rows, which share cache lines.
   const int grain = directions.step_z == 0 ? 1 : 8;
   parallel_for(paths.count(), grain, [&](std::int64_t begin, std::int64_t end) {

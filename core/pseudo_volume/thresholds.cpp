@@ -16,11 +16,22 @@ void check(const PseudoVolumeOptions& o) {
   if (o.rays != 6 && o.rays != 14 && o.rays != 26)
     throw Error(ErrorCode::invalid_argument, "rays must be 6, 14 or 26", "use 26",
                 {{"/rays", "6, 14 or 26", 6.0, 26.0}});
-  refuse("/p_in_voxels", o.p_in_voxels, 0.1, 16.0);
+  refuse("/p_in_voxels", o.p_in_voxels, 0.1, most_p_in_voxels);
   refuse("/p_subs_voxels", o.p_subs_voxels, 0.1, 24.0);
   refuse("/far_majority", o.far_majority, 0.5, 0.9);
   if (o.p_in) refuse("/p_in", *o.p_in, 0.0, 1.0);
   if (o.p_subs) refuse("/p_subs", *o.p_subs, 0.0, 1.0);
+}
+
+/// Beyond, rays would have no room to start outside.
+void check_reach(const Thresholds& t, double spacing, double max_distance) {
+  if (t.p_in_voxels <= most_p_in_voxels * (1.0 + 1e-9)) return;
+  throw Error(
+      ErrorCode::invalid_argument,
+      "p_in reaches " + std::to_string(std::lround(t.p_in_voxels)) +
+          " voxels from the surface, and rays then have no room to start outside",
+      "use a p_in nearer to 1, or p_in_voxels",
+      {{"/p_in", "too far from 1 for this mesh", 1.0 - most_p_in_voxels * spacing / max_distance, 1.0}});
 }
 
 }  // namespace
@@ -35,34 +46,8 @@ Thresholds resolve_thresholds(const DistanceField& field, const PseudoVolumeOpti
   t.d_subs = std::max(t.d_subs, t.d_in);
   t.p_in_voxels = t.d_in / h, t.p_subs_voxels = t.d_subs / h;
   t.p_in = 1.0 - t.d_in / max_distance, t.p_subs = 1.0 - t.d_subs / max_distance;
+  check_reach(t, h, max_distance);
   return t;
-}
-
-namespace {
-
-constexpr double max_subs_voxels = 24.0;
-
-int padding_for(double subs_voxels) {
-  for (const int padding : {8, 16})  // few, so that a slider seldom asks for another field
-    if (subs_voxels + 2.0 <= padding) return padding;
-  return 28;
-}
-
-}  // namespace
-
-int required_padding(const PseudoVolumeOptions& options) {
-  return padding_for(std::max(options.p_in_voxels, options.p_subs_voxels));
-}
-
-int required_padding(const Thresholds& t) {
-  if (t.p_subs_voxels > max_subs_voxels)
-    throw Error(ErrorCode::invalid_argument,
-                "the thresholds reach " + std::to_string(std::lround(t.p_subs_voxels)) +
-                    " voxels from the surface, and rays then have no room to start outside",
-                "use a p_in and p_subs nearer to 1, or p_in_voxels and p_subs_voxels",
-                {{t.p_subs_voxels > t.p_in_voxels ? "/p_subs" : "/p_in", "too far from 1 for this mesh",
-                  1.0 - (1.0 - t.p_subs) * max_subs_voxels / t.p_subs_voxels, 1.0}});
-  return padding_for(t.p_subs_voxels);
 }
 
 }  // namespace isochor

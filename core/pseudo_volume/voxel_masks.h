@@ -4,12 +4,26 @@
 
 namespace isochor {
 
+/// The part of a field in which rays can change, with a rim of one voxel or more that is not near. What lies
+/// outside of it is beyond a face of the soup's box: rays that come from there do not change before, and of
+/// those that leave through there are fewer than half, so that it needs no votes.
+struct FieldWindow {
+  FieldWindow(const DistanceField& whole, double d_in);
+  std::int64_t index(int i, int j, int k) const {
+    return field.grid.index(i + margin, j + margin, k + margin);
+  }
+
+  const DistanceField& field;
+  int margin;  ///< voxels of the field left out on each side
+  Vec3i size;
+};
+
 /// What the rays' rule asks of a voxel: P > P_in, that is d < d_in, and P < P_subs, that is d > d_subs. The
 /// outermost voxels are never near, so that a near voxel has neighbours in all directions.
 struct VoxelMasks {
   BitVolume near, far;
 };
-VoxelMasks make_voxel_masks(const DistanceField& field, double d_in, double d_subs);
+VoxelMasks make_voxel_masks(const FieldWindow& window, double d_in, double d_subs);
 
 /// Bit i: a[i] > b[i], of 64 values.
 inline std::uint64_t greater(const float* a, const float* b) {

@@ -130,7 +130,7 @@ struct ShapeMaker {
   }
   std::unique_ptr<CollisionShape> operator()(const MeshShape& s) const {
     const TriangleSoup soup = read_mesh(s.file, progress);
-    const DistanceFieldOptions options{s.meshing.voxels, required_padding(s.meshing.pseudo_volume)};
+    const DistanceFieldOptions options{s.meshing.voxels, field_padding};
     const DistanceField field = make_distance_field(soup, options, progress);
     const PseudoVolume pseudo_volume = make_pseudo_volume(field, s.meshing.pseudo_volume, progress);
     return std::make_unique<CollisionMesh>(field, pseudo_volume, scale, centered);

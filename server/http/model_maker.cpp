@@ -30,8 +30,7 @@ double overall(std::string_view phase, double fraction) {
 bool has_field(StoredMesh& mesh, const MeshingOptions& options) {
   return mesh.remembered.with([&](const auto& models) {
     const auto& full = models.front();
-    return full && full->options.voxels == options.voxels &&
-           required_padding(full->options.pseudo_volume) == required_padding(options.pseudo_volume);
+    return full && full->options.voxels == options.voxels;
   });
 }
 

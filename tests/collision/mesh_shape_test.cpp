@@ -11,7 +11,7 @@ CollisionMesh sample_mesh(const char* name, int voxels, double scale) {
   Progress quiet;
   const PseudoVolumeOptions options;
   const auto soup = read_mesh(std::filesystem::path(ISOCHOR_SAMPLES) / "meshes" / name, quiet);
-  const DistanceField field = make_distance_field(soup, {voxels, required_padding(options)}, quiet);
+  const DistanceField field = make_distance_field(soup, {voxels, field_padding}, quiet);
   return {field, make_pseudo_volume(field, options, quiet), scale, true};
 }
 

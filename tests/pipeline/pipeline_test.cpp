@@ -57,8 +57,10 @@ TEST(Pipeline, RecomputesFromTheFirstStageThatChanged) {
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), Names(all.begin() + 2, all.end()));
   options.pseudo_volume.p_in_voxels = 1.2;
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), Names(all.begin() + 1, all.end()));
-  options.pseudo_volume.p_subs_voxels = 7.0;  // needs more padding
-  EXPECT_EQ(recomputed(*pipeline.run(options, progress)), all);
+  for (const auto& [p_in, p_subs] : {std::pair{1.2, 24.0}, std::pair{16.0, 24.0}, std::pair{0.87, 1.5}}) {
+    options.pseudo_volume.p_in_voxels = p_in, options.pseudo_volume.p_subs_voxels = p_subs;
+    EXPECT_EQ(recomputed(*pipeline.run(options, progress)), Names(all.begin() + 1, all.end()));
+  }
   options.voxels = 40;
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), all);
 }

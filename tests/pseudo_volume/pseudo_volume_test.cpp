@@ -132,5 +132,28 @@ TEST(PseudoVolume, StopsWhenCancelled) {
   EXPECT_THROW(make_pseudo_volume(field, {}, progress), Error);
 }
 
+/// Rays are cast only where they can change; the same field without a word on its padding is cast whole.
+TEST(PseudoVolume, LeavesOutNothingThatHasAMajority) {
+  Progress progress;
+  const TriangleSoup shapes[] = {test::sphere(0.5), test::torus(0.35, 0.15), test::sheet(1.0, 20.0)};
+  for (const TriangleSoup& soup : shapes) {
+    const DistanceField padded = make_distance_field(soup, {24, field_padding}, progress);
+    DistanceField whole = padded;
+    whole.padding = 0;
+    for (const Crossing crossing : {Crossing::automatic, Crossing::at_threshold})
+      for (const int rays : {6, 14, 26})
+        for (const double p_in : {0.87, 3.0, 16.0}) {
+          PseudoVolumeOptions options;
+          options.p_in_voxels = p_in, options.rays = rays, options.crossing = crossing;
+          const PseudoVolume volume = make_pseudo_volume(padded, options, progress);
+          const PseudoVolume all = make_pseudo_volume(whole, options, progress);
+          ASSERT_EQ(volume.inside, all.inside) << rays << " rays, p_in_voxels " << p_in;
+          EXPECT_EQ(volume.sheet_count, all.sheet_count);
+          for (std::size_t i = 0; i < all.votes.size(); ++i)
+            ASSERT_TRUE(volume.votes[i] == 0 || volume.votes[i] == all.votes[i]);
+        }
+  }
+}
+
 }  // namespace
 }  // namespace isochor

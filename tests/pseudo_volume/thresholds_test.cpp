@@ -31,14 +31,12 @@ TEST(Thresholds, SubsIsNeverNearerThanIn) {
   PseudoVolumeOptions options;
   options.p_in_voxels = 4.0, options.p_subs_voxels = 1.5;
   EXPECT_DOUBLE_EQ(resolve_thresholds(plain_field(), options).p_subs_voxels, 4.0);
-  EXPECT_EQ(required_padding(options), 8);
 }
 
 TEST(Thresholds, PaddingLeavesRoomToStartOutside) {
-  for (double subs = 1.0; subs <= 24.0; subs += 0.25) {
-    PseudoVolumeOptions options;
-    options.p_subs_voxels = subs;
-    EXPECT_GE(required_padding(options), std::max(4.0, subs + 2.0));
+  for (double p_in = 0.1; p_in <= most_p_in_voxels; p_in += 0.1) {
+    EXPECT_GT(padding_of_rays(p_in) - 0.5, p_in);  // the outermost centres are not near
+    EXPECT_LE(padding_of_rays(p_in), field_padding);
   }
 }
 
@@ -61,19 +59,20 @@ TEST(Thresholds, RefuseWhatCannotBe) {
   EXPECT_FALSE(refused([](auto&) {}));
 }
 
-TEST(Thresholds, BeyondTheLargestPaddingTheSmallestProbabilityIsNamed) {
+TEST(Thresholds, BeyondTheLargestReachTheSmallestProbabilityIsNamed) {
   PseudoVolumeOptions options;
-  options.p_in = 0.9, options.p_subs = 0.5;
+  options.p_in = 0.5, options.p_subs = 0.4;
   DistanceField field = plain_field();
   field.max_distance = 20.0F;
-  const Thresholds t = resolve_thresholds(field, options);
   try {
-    required_padding(t);
+    resolve_thresholds(field, options);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(error.details().at(0).pointer, "/p_subs");
-    EXPECT_NEAR(error.details().at(0).min.value(), 1.0 - 24.0 * 0.25 / 20.0, 1e-12);
+    EXPECT_EQ(error.details().at(0).pointer, "/p_in");
+    EXPECT_NEAR(error.details().at(0).min.value(), 1.0 - 16.0 * 0.25 / 20.0, 1e-12);
   }
+  options.p_in = 0.8;
+  EXPECT_DOUBLE_EQ(resolve_thresholds(field, options).p_subs, 0.4);
 }
 
 }  // namespace
