@@ -2,12 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace isochor {
 namespace {
 
 constexpr double swing = 0.02;  ///< of the energy of symplectic steps
 constexpr double round_off = 1e-9;
+/// What a group is taken back for though surfaces go on, or it has been often: energy from nowhere, as much
+/// as it had. Tets that stay inverted are no reason.
+constexpr double blown_up = 1.0;
+/// Then next to nothing is left of its motion, and the same would fail again for ever.
+constexpr int most_halts_in_a_row = 16;
 constexpr double kept = 0.5;  ///< of a halted group's inner motion
 
 double energy_about(const RigidPart& motion, const SoftBody& body) {
@@ -48,6 +55,12 @@ void scale_about(const RigidPart& motion, double scale, RigidBodyState& state) {
 /// s so that s² of the energy is left when the excess is taken from it, as far as that goes.
 double scale_for(double excess, double energy) {
   return energy > 0.0 ? std::sqrt(1.0 - std::min(excess, energy) / energy) : 1.0;
+}
+
+/// Of all springs at a strain of a twentieth.
+double energy_when_strained(const SoftBody& body) {
+  const double stretch = 0.05 * body.cell_size, cells = static_cast<double>(body.mesh->cells.size());
+  return 0.5 * cells * (12.0 * body.material.edge + 4.0 * body.material.diagonal) * stretch * stretch;
 }
 
 double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
@@ -122,9 +135,11 @@ bool EnergyGuard::can_halt(std::size_t soft) const {
 
 bool EnergyGuard::can_halt_group(int group) const {
   const GroupTraits& traits = groups_.traits(group);
-  bool began_valid = true;
-  for_soft(group, [&](const SceneSoftBody& soft) { began_valid &= !soft.began_inverted; });
-  return began_valid && !traits.pinched && !traits.unknown_work;
+  bool helps = true;
+  for_soft(group, [&](const SceneSoftBody& soft) {
+    helps &= !soft.began_inverted && soft.halts_in_a_row < most_halts_in_a_row;
+  });
+  return helps && !traits.pinched && !traits.unknown_work;
 }
 
 void EnergyGuard::hold(const Substep& step) {
@@ -141,8 +156,12 @@ void EnergyGuard::hold(const Substep& step) {
       for_soft(group, [](SceneSoftBody& soft) { soft.spring_energy.reset(), soft.gained = 0.0; });
       continue;
     }
-    const bool valid = !inverted && judge(step, group);
-    if (!valid && can_halt_group(group)) halt(step, group);
+    const bool may_halt = can_halt_group(group);
+    const double left = inverted && may_halt ? 0.0 : judge(step, group);
+    if (may_halt ? inverted || left > round_off : left > blown_up)
+      halt(step, group);
+    else
+      for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });
   }
 }
 
@@ -177,8 +196,11 @@ double EnergyGuard::work_of_anchor(const Substep& step, int group, const Sums& s
   const GroupTraits& traits = groups_.traits(group);
   if (traits.pinched) {
     double work = 0.0;
-    for_soft(group, [&](const SceneSoftBody& soft) {
-      if (soft.contacts) work += std::max(soft.contacts->work(soft.body), 0.0);
+    for_soft(group, [&](SceneSoftBody& soft) {
+      if (!soft.contacts) return;
+      // What lifts have displaced counts as force on the contacts, and is none.
+      if (!soft.recovered) soft.contact_power = std::max(soft.contacts->work(soft.body), 0.0) / step.h;
+      work += step.h * soft.contact_power;
     });
     return work;
   }
@@ -190,18 +212,20 @@ double EnergyGuard::work_of_anchor(const Substep& step, int group, const Sums& s
   return impulse.dot(motion.velocity) + (moment - motion.center.cross(impulse)).dot(motion.angular_velocity);
 }
 
-/// False when the springs alone hold more than the group may have, or nothing finite.
-bool EnergyGuard::judge(const Substep& step, int group) {
+/// What could not be taken of the excess, that of springs that alone hold more than the group may have, over
+/// what it had inside or would have at a strain of a twentieth. Infinite where nothing is finite.
+double EnergyGuard::judge(const Substep& step, int group) {
   const GroupTraits& traits = groups_.traits(group);
-  if (traits.unknown_work) return true;
+  if (traits.unknown_work) return 0.0;
   const bool turning = traits.anchor >= 0 && !world_.rigid.immobile(traits.anchor);
   const Sums start = sum(group, At::start, turning), end = sum(group, At::end, turning);
   double excess =
       end.kinetic + end.potential - start.kinetic - start.potential - work_of_anchor(step, group, start, end);
-  double inside = 0.0, gained = 0.0;
+  double inside = 0.0, gained = 0.0, springs_at_start = 0.0, strained = 0.0;
   bool recovered = false;
   for_soft(group, [&](SceneSoftBody& soft) {
-    excess -= spring_energy_at(soft, At::start);
+    springs_at_start += spring_energy_at(soft, At::start);
+    strained += energy_when_strained(soft.body);
     const double springs = spring_energy_at(soft, At::end);
     excess += springs;
     inside += springs;
@@ -209,7 +233,8 @@ bool EnergyGuard::judge(const Substep& step, int group) {
     recovered |= soft.recovered;
     soft.gained = 0.0;
   });
-  if (!std::isfinite(excess)) return false;
+  excess -= springs_at_start;
+  if (!std::isfinite(excess)) return std::numeric_limits<double>::infinity();
   const Vec3 v =
       traits.anchored ? anchor_motion(world_, traits.anchor).velocity : Vec3(end.momentum / end.mass);
   inside += end.kinetic - end.momentum.dot(v) +
@@ -218,12 +243,13 @@ bool EnergyGuard::judge(const Substep& step, int group) {
   gained = std::max(0.0, gained + excess);
   const double all = gained - limit;
   for_soft(group, [&](SceneSoftBody& soft) { soft.gained = std::exchange(gained, 0.0); });
-  if (all <= 0.0) return true;
+  if (all <= 0.0) return 0.0;
   for_soft(group, [&](SceneSoftBody& soft) { soft.gained = std::min(soft.gained, limit); });
-  return slow_down(group, all);
+  return slow_down(group, all) / (springs_at_start + start.kinetic + strained);
 }
 
-bool EnergyGuard::slow_down(int group, double excess) {
+/// Takes the excess from the group's motion. Returns what it has not enough for.
+double EnergyGuard::slow_down(int group, double excess) {
   const GroupTraits& traits = groups_.traits(group);
   const double all = excess;
   for_soft(group, [&](SceneSoftBody& soft) {
@@ -235,7 +261,7 @@ bool EnergyGuard::slow_down(int group, double excess) {
     excess -= slow_down_about(traits.anchored ? anchor_motion(world_, traits.pinched ? -1 : traits.anchor)
                                               : sum(group, At::end, true).common_motion(),
                               group, excess);
-  return excess <= round_off * all;
+  return excess <= round_off * all ? 0.0 : excess;
 }
 
 double EnergyGuard::slow_down_about(const RigidPart& motion, int group, double excess) {
@@ -261,7 +287,7 @@ void EnergyGuard::halt(const Substep& step, int group) {
   const Vec3 gained = step.h * (traits.anchored ? Vec3(Vec3::Zero()) : world_.scene.gravity);
   Pose from, to;
   RigidPart motion;
-  if (traits.anchor >= 0) {
+  if (traits.anchor >= 0 && !traits.pinched) {
     from = rigid_start_[static_cast<std::size_t>(traits.anchor)].pose;
     to = world_.rigid.pose(traits.anchor);
     motion = anchor_motion(world_, traits.anchor);
@@ -285,7 +311,9 @@ void EnergyGuard::halt(const Substep& step, int group) {
           i, held ? body.velocities.at(i) : Vec3(motion_after.velocity_at(after) + kept * (turn * inner)));
     }
     soft.recovered = true;
-    soft.inverted = soft.forces_valid = false;
+    ++soft.halts_in_a_row;
+    soft.inverted = soft.began_inverted;
+    soft.forces_valid = false;
     soft.spring_energy.reset();
     soft.gained = soft.kick_due = 0.0;
     if (soft.contacts) soft.contacts->hold_back(body, 0.0, Vec3::Zero());

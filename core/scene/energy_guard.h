@@ -47,8 +47,8 @@ class EnergyGuard {
   Sums sum(int group, At when, bool turning) const;
   double spring_energy_at(SceneSoftBody& soft, At when) const;
   double work_of_anchor(const Substep& step, int group, const Sums& start, const Sums& end) const;
-  bool judge(const Substep& step, int group);
-  bool slow_down(int group, double excess);
+  double judge(const Substep& step, int group);
+  double slow_down(int group, double excess);
   double slow_down_about(const RigidPart& motion, int group, double excess);
   void halt(const Substep& step, int group);
 

@@ -72,7 +72,10 @@ void Stepper::start_rigid(double h) {
 }
 
 void Stepper::advance(double h, int halvings) {
-  Substep step{world_, stats_, h, halvings < max_halvings, lifting_};
+  const bool may_halve = std::ranges::all_of(world_.soft, [&](const SceneSoftBody& soft) {
+    return halvings + soft.halts_in_a_row < max_halvings;  // parts that were all taken back helped nothing
+  });
+  Substep step{world_, stats_, h, may_halve, lifting_};
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;

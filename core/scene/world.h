@@ -27,9 +27,12 @@ struct SceneSoftBody {
   SpringIntegrator integrator = SpringIntegrator::symplectic;  ///< of its springs, never automatic
   std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
   SpringIntegrator stepping = SpringIntegrator::symplectic;    ///< that of this substep
-  double energy_ledger = 0.0;           ///< J; what a stiff and lively body may have, see Stepper::settle
+  double energy_ledger = 0.0;  ///< J; what a stiff and lively body may have, see Stepper::settle
+  /// W, of what moves and presses on it, in the last substep without recovery.
+  double contact_power = 0.0;
   double gained = 0.0;                  ///< J, in the contact that it is in: the swing of symplectic steps
   std::optional<double> spring_energy;  ///< J, as the substep begins, where it is known
+  int halts_in_a_row = 0;               ///< substeps that the guard of energy has taken back
   double kick_due = 0.0;                ///< s of gravity that the last substep has left to this one
   bool finished = false;                ///< with this substep already
   bool forces_valid = false;            ///< body.forces are those of the present positions
