@@ -11,10 +11,11 @@ namespace {
 constexpr double swing = 0.02;  ///< of the energy of symplectic steps
 constexpr double round_off = 1e-9;
 /// What a group is taken back for though surfaces go on, or it has been often: energy from nowhere, as much
-/// as it had. Tets that stay inverted are no reason.
+/// as it had. Tets that stay inverted are no reason, nor is less room than the volume, where springs have to
+/// give.
 constexpr double blown_up = 1.0;
 /// Then next to nothing is left of its motion, and the same would fail again for ever.
-constexpr int most_halts_in_a_row = 16;
+constexpr int most_halts_in_a_row = 128;
 constexpr double kept = 0.5;  ///< of a halted group's inner motion
 
 double energy_about(const RigidPart& motion, const SoftBody& body) {
@@ -145,12 +146,13 @@ bool EnergyGuard::can_halt_group(int group) const {
 void EnergyGuard::hold(const Substep& step) {
   for (std::size_t s = 0; s < world_.soft.size(); ++s) {
     const int group = groups_.of_soft(s);
-    bool first = true, judged = false, inverted = false;
+    bool first = true, judged = false, inverted = false, feasible = true;
     for (std::size_t before = 0; before < s; ++before) first &= groups_.of_soft(before) != group;
     if (!first) continue;
     for_soft(group, [&](const SceneSoftBody& soft) {
       judged |= !soft.finished && (soft.recovered || is_in_contact(soft));
       inverted |= soft.inverted;
+      feasible &= soft.projection.converged;
     });
     if (!judged && !inverted) {
       for_soft(group, [](SceneSoftBody& soft) { soft.spring_energy.reset(), soft.gained = 0.0; });
@@ -158,7 +160,7 @@ void EnergyGuard::hold(const Substep& step) {
     }
     const bool may_halt = can_halt_group(group);
     const double left = inverted && may_halt ? 0.0 : judge(step, group);
-    if (may_halt ? inverted || left > round_off : left > blown_up)
+    if (may_halt ? inverted || left > round_off : feasible && left > blown_up)
       halt(step, group);
     else
       for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });
