@@ -53,6 +53,26 @@ test('while a scene is compiled to be played, Play stands as pressed, the model 
   await page.context().close();
 });
 
+test('the layer of the simulation turned on and off again while it is compiled leaves the view as it was', async () => {
+  const page = await suite.open(small);
+  let go_on;
+  const held = new Promise(resolve => go_on = resolve);
+  await page.route('**/api/v1/simulations?*', async route => {
+    await held;
+    await route.continue();
+  });
+  const tets = page.getByRole('button', {name: 'Tets', exact: true});
+  await page.getByRole('button', {name: 'Sim', exact: true}).click();
+  await page.locator('.transport .time').filter({hasText: 'compiling…'}).waitFor();
+  await page.getByRole('button', {name: 'Sim', exact: true}).click();
+  go_on();
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  assert.equal(await tets.getAttribute('aria-pressed'), 'true');
+  assert.ok((await look(page)).tets > 2000, 'the tets are still there');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('the inspector plots the run and lists the plan with its reasons', async () => {
   const page = await suite.open(small);
   await play(page);

@@ -64,7 +64,7 @@ export const dragging = app => {
   return {
     grab_middle: () => app.run(async () => {
       if (drag) return release();
-      await app.ready_to_step();
+      await app.ready_and_shown();
       if (!simulation.id) return app.say('A recording cannot be dragged: close it to go back to the scene');
       const box = canvas.getBoundingClientRect();
       const aimed = app.pick_sim(viewport.ray({clientX: box.left + box.width / 2, clientY: box.top + box.height / 2}), {sim: true});

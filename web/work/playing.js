@@ -33,6 +33,10 @@ export const playing = app => {
   const get_ready = async () => {
     await compiling?.catch(() => {});
     if (!is_recording() && stale()) await compile();
+  };
+  /// Shows the run as well, once it is there: for what a person does with it.
+  const ready_and_shown = async () => {
+    await ready_to_step();
     if (!store.get('view.layers.sim')) store.set({'view.layers': only_sim}, 'show the simulation');
   };
 
@@ -79,13 +83,14 @@ export const playing = app => {
 
   return {
     ready_to_step,
+    ready_and_shown,
     toggle_play: () => app.run(async () => {
       if (playback.starting) return playback.set_starting(false);
       if (playback.playing) return playback.pause();
-      await start(ready_to_step);
+      await start(ready_and_shown);
     }),
     step: frames => app.run(async () => {
-      await ready_to_step();
+      await ready_and_shown();
       await playback.step(frames);
     }),
     end_run: () => app.run(async () => {
@@ -98,7 +103,7 @@ export const playing = app => {
     /// From the start as the scene now says.
     restart: () => app.run(async () => {
       if (!is_recording() && simulation.id && !same(app.compiled.scene, store.get('scene'))) return recompile();
-      await ready_to_step();
+      await ready_and_shown();
       await playback.restart(playback.playing);
     }),
     go_to_frame: seq => app.run(async () => {
@@ -118,7 +123,7 @@ export const playing = app => {
     },
     toggle_recording: () => app.run(async () => {
       if (!simulation.recording) {
-        await ready_to_step();
+        await ready_and_shown();
         simulation.start_recording();
         return app.say('Recording: R again ends it and saves the file');
       }
