@@ -19,9 +19,8 @@ std::vector<std::string> values(const Head& head, std::string_view name) {
 
 std::optional<Refusal> check_host(const std::vector<std::string>& hosts, const AccessPolicy& policy) {
   if (hosts.size() != 1) return Refusal{400, "host", "exactly one Host is needed", ""};
-  const bool known = policy.hosts.empty() ? !hosts.front().empty()
-                                          : std::find(policy.hosts.begin(), policy.hosts.end(),
-                                                      hosts.front()) != policy.hosts.end();
+  const std::string& host = hosts.front();
+  const bool known = policy.hosts.empty() ? !host.empty() : std::ranges::count(policy.hosts, host) == 1;
   if (known) return std::nullopt;
   return Refusal{421, "host", "this server does not answer to that Host",
                  "use the URL that the server printed"};
@@ -52,7 +51,8 @@ AccessPolicy loopback_policy(int port, std::string token) {
 }
 
 std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy) {
-  const auto hosts = values(head, "host");
+  auto hosts = values(head, "host");
+  for (std::string& host : hosts) host = lower_case(host);  // names of hosts have no case (RFC 9110, 4.2.3)
   if (auto refusal = check_host(hosts, policy)) return refusal;
   for (const std::string& origin : values(head, "origin"))
     if (!is_own_origin(origin, hosts.front(), policy))
@@ -78,7 +78,7 @@ bool has_trustworthy_origin(const Request& request) {
   if (scheme) return *scheme == "https";
   const std::string* host = request.header("host");
   if (!host) return false;
-  const std::string name = host->substr(0, host->rfind(':'));
+  const std::string name = lower_case(host->substr(0, host->rfind(':')));
   return name == "127.0.0.1" || name == "localhost" || name == "[::1]";
 }
 

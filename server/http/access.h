@@ -11,7 +11,7 @@ namespace isochor {
 /// Who may ask. The server runs on a person's own machine, where every web page that the person opens can
 /// reach it, under its own name (DNS rebinding) or by requests that it sends along (cross-site forgery).
 struct AccessPolicy {
-  std::vector<std::string> hosts;  ///< exact values of Host; empty: any, for an address that is not loopback
+  std::vector<std::string> hosts;  ///< Host in lower case; empty: any, for an address that is not loopback
   std::string token;               ///< of this launch
   bool token_for_reading = false;  ///< not loopback: everything of the API needs it
 };

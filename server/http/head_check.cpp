@@ -13,16 +13,6 @@ bool is_token_char(char c) {
          extra.find(c) != std::string_view::npos;
 }
 
-char lower(char c) {
-  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) { return lower(c); });
-  return out;
-}
-
 Refusal malformed(std::string detail) {
   return {400, "malformed_request", std::move(detail),
           "send one HTTP/1.1 request a connection, lines ending in CRLF"};
@@ -77,7 +67,7 @@ std::optional<Refusal> parse_field(std::string_view line, Head& head) {
   while (!value.empty() && (value.back() == ' ' || value.back() == '\t')) value.remove_suffix(1);
   if (head.fields.size() >= max_fields)
     return Refusal{431, "too_many_headers", "more than 64 header lines", ""};
-  head.fields.emplace_back(lower(name), value);
+  head.fields.emplace_back(lower_case(name), value);
   return std::nullopt;
 }
 
@@ -103,7 +93,7 @@ std::optional<Refusal> check_framing(Head& head) {
     } else if (name == "range") {
       return Refusal{416, "range", "ranges are not served", "ask for the whole"};
     } else if (name == "expect") {
-      if (lower(value) != "100-continue") return Refusal{417, "expectation", "unknown expectation", ""};
+      if (lower_case(value) != "100-continue") return Refusal{417, "expectation", "unknown expectation", ""};
       head.expects_continue = true;
     }
   }
@@ -144,6 +134,13 @@ std::variant<Head, Refusal> check_head(std::string_view rest) {
   }
   if (auto refusal = check_framing(head)) return *refusal;
   return head;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  for (char& c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return out;
 }
 
 std::optional<std::string> percent_decode(std::string_view text) {

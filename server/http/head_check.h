@@ -34,6 +34,9 @@ std::size_t head_length(std::string_view bytes, std::size_t searched = 0);
 /// Content-Encoding).
 std::variant<Head, Refusal> check_head(std::string_view head);
 
+/// The letters of ASCII only, as names of headers and hosts compare.
+std::string lower_case(std::string_view text);
+
 /// %XX decoded; empty when an escape is malformed or encodes NUL.
 std::optional<std::string> percent_decode(std::string_view text);
 

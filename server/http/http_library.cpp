@@ -6,6 +6,7 @@
 #include <cstring>
 #include <exception>
 
+#include "server/http/head_check.h"
 #include "server/messages/problem_messages.h"
 
 namespace isochor {
@@ -58,11 +59,6 @@ class Exchange final : public httplib::Server {
   }
 };
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
 /// Declares the body without giving it: the bytes are sent by the front, which shares them between readers.
 void declare_body(const Response& from, httplib::Response& to) {
   const auto nothing = [](auto&&...) { return false; };
@@ -82,7 +78,7 @@ Request parse_request(std::string_view checked_head) {
   Exchange().run(checked_head, [&](const httplib::Request& parsed, httplib::Response&) {
     request.method = parsed.method;
     request.query.assign(parsed.params.begin(), parsed.params.end());
-    for (const auto& [name, value] : parsed.headers) request.headers.emplace_back(lower(name), value);
+    for (const auto& [name, value] : parsed.headers) request.headers.emplace_back(lower_case(name), value);
   });
   return request;
 }

@@ -23,7 +23,8 @@ int host_status(const std::string& host) {
 }
 
 TEST(Access, TheThreeNamesOfLoopbackWithThePort) {
-  for (const char* host : {"127.0.0.1:8080", "localhost:8080", "[::1]:8080"})
+  for (const char* host :
+       {"127.0.0.1:8080", "localhost:8080", "[::1]:8080", "LOCALHOST:8080", "LocalHost:8080"})
     EXPECT_EQ(host_status(host), 200) << host;
 }
 
@@ -37,7 +38,10 @@ TEST(Access, EveryOtherSpellingOfHostIsRefused) {
                            "localhost:08080",
                            "localhost:8080 ",
                            " localhost:8080",
-                           "LOCALHOST:8080",
+                           "LOCALHOST:8081",
+                           "LOCALHOST.EVIL.EXAMPLE:8080",
+                           "l\u00f6calhost:8080",
+                           "loca\u017fhost:8080",
                            "localhost.:8080",
                            "evil.example:8080",
                            "localhost.evil.example:8080",
@@ -80,6 +84,9 @@ TEST(Access, OriginIsOursOrAbsent) {
     return status(check_origin(head({{"host", "127.0.0.1:8080"}, {"origin", origin}}), policy));
   };
   EXPECT_EQ(with("http://127.0.0.1:8080"), 200);
+  EXPECT_EQ(
+      status(check_origin(head({{"host", "LOCALHOST:8080"}, {"origin", "http://localhost:8080"}}), policy)),
+      200);
   for (const char* origin : {"null", "", "http://evil.example", "https://127.0.0.1:8080", "http://127.0.0.1",
                              "http://127.0.0.1:8081", "http://localhost:8080", "http://127.0.0.1:8080/",
                              "http://127.0.0.1:8080.evil.example", "HTTP://127.0.0.1:8080", "file://"})
@@ -144,6 +151,7 @@ TEST(Access, BrowsersTrustLoopbackAndTls) {
   };
   EXPECT_TRUE(trusted({{"host", "127.0.0.1:8080"}}));
   EXPECT_TRUE(trusted({{"host", "localhost"}}));
+  EXPECT_TRUE(trusted({{"host", "LOCALHOST:8080"}}));
   EXPECT_TRUE(trusted({{"host", "[::1]:8080"}}));
   EXPECT_TRUE(trusted({{"host", "box.example"}, {"x-forwarded-proto", "https"}}));
   EXPECT_FALSE(trusted({{"host", "box.example"}, {"x-forwarded-proto", "http"}}));
