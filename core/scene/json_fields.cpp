@@ -65,6 +65,7 @@ JsonFields::JsonFields(const Json& object, std::string pointer, std::vector<Erro
 void JsonFields::note_unknown() {
   if (!object_.is_object()) return;
   for (const auto& [name, value] : object_.items()) {
+    if (enough(faults_)) return;
     if (std::ranges::find(known_, name) == known_.end())
       faults_.push_back(
           {pointer(name), fmt::format("is not known here; known are {}", fmt::join(known_, ", ")), {}, {}});
@@ -129,7 +130,10 @@ void JsonFields::read(std::string_view name, std::string& target) {
   const Json* value = find(name);
   if (!value) return;
   if (!value->is_string()) return fault(name, "must be a string");
-  target = value->get<std::string>();
+  const auto& text = value->get_ref<const std::string&>();
+  if (text.size() > max_name_bytes)
+    return fault(name, fmt::format("is {} bytes long; at most {} are taken", text.size(), max_name_bytes));
+  target = text;
 }
 
 void JsonFields::read(std::string_view name, Vec3& target, Range range) {

@@ -19,9 +19,15 @@ struct Range {
 };
 
 constexpr std::size_t max_json_bytes = 16 << 20;
+constexpr std::size_t max_name_bytes = 255, max_path_bytes = 4096;
 
 /// Parses text of bounded size and depth, before a tree of it is built. Throws cannot_read with the byte.
 Json parse_json(std::string_view text, std::string_view what);
+
+/// Whether as many faults are noted as anybody reads: what repeats, lists and unknown fields, ends then.
+inline bool enough(const std::vector<ErrorDetail>& faults) {
+  return faults.size() >= 100;
+}
 
 /// Reads the fields of one JSON object into native types. A fault never throws: it is noted by its pointer,
 /// the target keeps its value, and reading goes on, so that all faults are told at once.
@@ -40,7 +46,7 @@ class JsonFields {
   void read(std::string_view name, int& target, Range range);
   void read(std::string_view name, std::uint64_t& target, Range range);
   void read(std::string_view name, bool& target);
-  void read(std::string_view name, std::string& target);
+  void read(std::string_view name, std::string& target);  ///< of at most max_name_bytes
   void read(std::string_view name, Vec3& target, Range range);
   void read(std::string_view name, Vec3i& target, Range range);
   void read(std::string_view name, Eigen::Matrix3d& target, Range range);  ///< three rows

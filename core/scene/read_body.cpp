@@ -82,10 +82,11 @@ class BodyReader {
 
   MeshShape mesh_shape(JsonFields& fields, const Json& file, std::string_view name, const Json* meshing) {
     MeshShape shape;
-    if (!file.is_string() || file.get<std::string>().empty())
-      fields.fault(name, "must be the path of a mesh file");
+    const std::string path = file.is_string() ? file.get<std::string>() : std::string();
+    if (path.empty() || path.size() > max_path_bytes)
+      fields.fault(name, fmt::format("must be the path of a mesh file, at most {} bytes", max_path_bytes));
     else
-      shape.file = base_folder_ / file.get<std::string>();
+      shape.file = base_folder_ / path;
     if (meshing) shape.meshing = read_meshing(*meshing, fields.pointer("meshing"), faults_);
     return shape;
   }
@@ -105,7 +106,7 @@ class BodyReader {
 
   void read_regions(JsonFields& fields, const Json& regions, DeformableBody& body) {
     if (!regions.is_array()) return fields.fault("densities", "must be a list of {inside, density}");
-    for (std::size_t i = 0; i < regions.size(); ++i) {
+    for (std::size_t i = 0; i < regions.size() && !enough(faults_); ++i) {
       const std::string pointer = fmt::format("{}/{}", fields.pointer("densities"), i);
       read_object(regions[i], pointer, faults_, [&](JsonFields& region) {
         DensityRegion read;
@@ -209,7 +210,7 @@ class BodyReader {
         fields.fault("keyframes", "must be a list of {t, position, orientation}");
         return motion;
       }
-      for (std::size_t i = 0; i < frames->size(); ++i) {
+      for (std::size_t i = 0; i < frames->size() && !enough(faults_); ++i) {
         read_object((*frames)[i], fmt::format("{}/{}", fields.pointer("keyframes"), i), faults_,
                     [&](JsonFields& frame) {
                       Keyframe read;

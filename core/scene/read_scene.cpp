@@ -38,7 +38,7 @@ void read_list(JsonFields& fields, std::string_view name, Read&& read) {
   if (!list) return;
   if (!list->is_array()) return fields.fault(name, "must be a list");
   if (list->size() > max_list) return fields.fault(name, fmt::format("holds more than {} entries", max_list));
-  for (std::size_t i = 0; i < list->size(); ++i)
+  for (std::size_t i = 0; i < list->size() && !enough(fields.faults()); ++i)
     read((*list)[i], fmt::format("{}/{}", fields.pointer(name), i));
 }
 
@@ -103,7 +103,7 @@ class NameCheck {
       note(pointer, fmt::format("must be the name of {}", kind));
   }
   void note(std::string pointer, std::string detail) const {
-    faults_.push_back({std::move(pointer), std::move(detail), {}, {}});
+    if (!enough(faults_)) faults_.push_back({std::move(pointer), std::move(detail), {}, {}});
   }
 
   const Scene& scene_;

@@ -15,8 +15,9 @@ namespace isochor {
 namespace {
 
 constexpr std::size_t read_size = 64 * 1024;
-/// Of what a refused sender still sends, so that it gets to read why.
-constexpr std::size_t max_discarded = 1 << 20;
+/// Of what a refused sender still sends, so that it gets to read why: clients send a body whole before they
+/// read.
+constexpr std::size_t max_discarded = 8 << 20;
 
 void set_option(int socket, int level, int name, int value) {
   setsockopt(socket, level, name, &value, sizeof value);

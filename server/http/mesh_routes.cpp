@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "server/http/api.h"
 #include "server/http/query.h"
 #include "server/http/service.h"
@@ -38,7 +40,13 @@ Response mesh_response(const StoredMesh& mesh, bool added) {
   return response;
 }
 
+/// As long as file systems let names be.
+constexpr std::size_t max_name_bytes = 255;
+
 Response post_mesh(Api& api, const Request& request, const std::string& name) {
+  if (name.size() > max_name_bytes)
+    throw Error(ErrorCode::invalid_argument, fmt::format("the mesh's name is {} bytes long", name.size()),
+                fmt::format("give a name of at most {} bytes", max_name_bytes));
   bool added = false;
   Progress progress({}, request.abandoned.get());
   if (const std::string* wanted = request.parameter("sample")) {
@@ -71,7 +79,7 @@ Response geometry(Api& api, const Request& request) {
 }
 
 const std::vector<QuerySpec> upload_query{
-    {"name", R"({"type":"string"})", "File name; its extension names the format"},
+    {"name", R"({"type":"string","maxLength":255})", "File name; its extension names the format"},
     {"format", R"({"enum":["obj","stl","ply","off","glb"]})", "Instead of the extension"}};
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace isochor {
 
 /// Bounds of bodies; what is beyond is refused before it is read.
-inline constexpr std::size_t max_json_bytes = std::size_t{4} << 20, max_file_bytes = std::size_t{1} << 30;
+inline constexpr std::size_t max_json_bytes = std::size_t{1} << 20, max_file_bytes = std::size_t{1} << 30;
 
 /// A request whose head passed every check; its body is still to be read.
 struct Admission {

@@ -30,7 +30,7 @@ Response when(const std::shared_ptr<SimulationRunner>& runner, int status, std::
   return response;
 }
 
-std::string scene_text(const Api& api, const std::string& body) {
+const std::string& scene_text(const Api& api, const std::string& body) {
   const auto wanted = read_simulation_request(body);
   return wanted.sample ? sample_scene(api, *wanted.sample) : body;
 }

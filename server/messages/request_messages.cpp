@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cctype>
 
 #include "core/parameters/parameters.h"
@@ -10,15 +11,15 @@
 namespace isochor {
 namespace {
 
-constexpr int max_depth = 64;
-constexpr std::size_t max_values = 100000, max_word = 400;
+constexpr std::size_t max_depth = 64;
+constexpr std::size_t max_values = 50000, max_members = 1000, max_word = 400;
 constexpr double large = 1e9;
 
-/// What an honest document never is: nlohmann's trees are written and freed by recursion, take tens of bytes
-/// a value, and copy a long number several times.
+/// What an honest document never is: nlohmann's trees are written and freed by recursion, take some 80 bytes
+/// a value, look through all members of an object for each one more, and copy a long number several times.
 void check_bounds(std::string_view text) {
-  int depth = 0;
-  std::size_t values = 0, word = 0;
+  std::size_t depth = 0, values = 0, word = 0;
+  std::array<std::size_t, max_depth + 1> members{};  // of the object at each depth
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
@@ -31,11 +32,15 @@ void check_bounds(std::string_view text) {
     if (word > max_word)
       throw SyntaxError(fmt::format("the JSON has a number of more than {} digits", max_word));
     if (c == '"') in_string = true;
-    if (c == ']' || c == '}') --depth;
-    if (c == ',' && ++values > max_values)
-      throw SyntaxError(fmt::format("the JSON has more than {} values", max_values));
-    if ((c == '[' || c == '{') && ++depth > max_depth)
+    if (c == ']' || c == '}') depth -= depth > 0;
+    const bool opens = c == '[' || c == '{';
+    if ((opens || c == ',' || c == ':') && ++values > max_values)
+      throw SyntaxError(fmt::format("the JSON has more than {} values and names of members", max_values));
+    if (opens && ++depth > max_depth)
       throw SyntaxError(fmt::format("the JSON is nested deeper than {} levels", max_depth));
+    if (opens) members[depth] = 0;
+    if (c == ':' && ++members[depth] > max_members)
+      throw SyntaxError(fmt::format("the JSON has an object of more than {} members", max_members));
   }
 }
 

@@ -169,7 +169,7 @@ TEST_F(Resources, AQueryNamesWhatTheRouteKnowsOnce) {
 }
 
 TEST_F(Resources, AProblemDoesNotRepeatMegabytes) {
-  const std::string long_text(1 << 20, 'a');
+  const std::string long_text(1 << 19, 'a');
   for (const json& body : {json{{"mesh_id", long_text}}, json{{long_text, 1}}}) {
     const HttpResponse response = client_.send_json("POST", "/api/v1/models", body);
     EXPECT_GE(response.status, 400);
@@ -189,6 +189,19 @@ TEST_F(Resources, MalformedJsonIsNamed) {
   EXPECT_EQ(post("{\"mesh_id\":" + std::string(100000, '[') + std::string(100000, ']') + "}").status, 400);
   EXPECT_EQ(post("{\"mesh_id\":\"\xff\"}").status, 400);
   EXPECT_EQ(post("{\"mesh_id\":1e999}").status, 400);
+}
+
+TEST_F(Resources, NamesAreAsLongAsFileSystemsLetThemBe) {
+  const std::string file = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const std::string fits = std::string(251, 'n') + ".obj", too_long = 'n' + fits;
+  EXPECT_EQ(client_.send("POST", "/api/v1/meshes?name=" + fits, file).json()["name"], fits);
+  for (const auto& [method, path] :
+       {std::pair{"POST", "/api/v1/meshes?name="}, std::pair{"PUT", "/api/v1/meshes/"}}) {
+    const HttpResponse response = client_.send(method, path + too_long, file + "\n");
+    EXPECT_EQ(response.status, 422) << method;
+    EXPECT_EQ(response.json()["detail"], "the mesh's name is 256 bytes long");
+    EXPECT_EQ(response.json()["hint"], "give a name of at most 255 bytes");
+  }
 }
 
 TEST_F(Resources, AnEstimateCostsNothing) {

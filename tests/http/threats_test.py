@@ -103,14 +103,31 @@ class Threats(unittest.TestCase):
             for _ in range(20):
                 self.assertIn(self.server.exchange(self.head("GET", "/main.js", ranges)), (400, 416))
 
-    def test_deep_and_wide_json(self):
-        bodies = [b"[" * (3 << 20), b"[" * 60 + b"]" * 60, b'{"a":' * 100000, b"1e" + b"9" * 3000000,
-                  b"[" + b"1," * 1900000 + b"1]"]
-        with self.bounded():
-            for body in bodies:
-                self.assertIn(self.server.exchange(
-                    self.head("POST", "/api/v1/models", self.token(), "Content-Type: application/json",
-                              f"Content-Length: {len(body)}") + body), (400, 422))
+    def refused_json(self, body, status, paths=("/models", "/simulations", "/reports")):
+        for path in paths:
+            with self.bounded():
+                self.assertEqual(self.server.exchange(
+                    self.head("POST", "/api/v1" + path, self.token(), "Content-Type: application/json",
+                              f"Content-Length: {len(body)}") + body), status, (path, body[:80]))
+
+    def test_json_beyond_its_bounds(self):
+        for body in (b"[" * 1000000, b'{"a":' * 100000, b"1e" + b"9" * 1000000,
+                     b"[" + b"1," * 500000 + b"1]",
+                     b"[" + b"[" * 60 + b"]" * 60 + (b"," + b"[" * 60 + b"]" * 60) * 8000 + b"]",
+                     b"{" + b",".join(b'"%08d":1' % i for i in range(80000)) + b"}"):
+            self.refused_json(body, 400)
+        self.refused_json(b" " * (4 << 20), 413)
+
+    def test_json_within_its_bounds(self):
+        nested = b"[" * 60 + b"]" * 60
+        for body in (b'{"name":"' + b"a" * 1000000 + b'"}', b'{"' + b"a" * 1000000 + b'":1}',
+                     b"[" + b",".join([b'"%s"' % (b"a" * 17)] * 49000) + b"]",
+                     b"[" + b",".join([nested] * 800) + b"]",
+                     b"[" + b",".join([b"{" + b",".join(b'"%015d":1' % i for i in range(999)) + b"}"] * 24) + b"]"):
+            self.refused_json(body, 422)
+        scene = b'{"bodies":[' + b",".join([b"{}"] * 24000) + b"]}"
+        self.refused_json(scene, 422, ["/simulations"])
+        self.refused_json(b'{"kind":"scene","scene":' + scene + b"}", 422, ["/reports"])
 
     def test_slow_heads(self):
         part = self.head("GET", "/")[:-4] + b"\r\nX-Long: " + b"a" * 12000

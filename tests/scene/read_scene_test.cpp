@@ -105,6 +105,32 @@ TEST_P(FaultyScene, IsNamedByItsPointer) {
                                                        Field(&ErrorDetail::detail, HasSubstr(detail)))));
 }
 
+TEST(ReadScene, ANameOfMegabytesIsAFault) {
+  const std::string name(1 << 20, 'n');
+  EXPECT_THAT(faults_of(R"({"name":")" + name + "\"}"),
+              Contains(testing::AllOf(Field(&ErrorDetail::pointer, "/name"),
+                                      Field(&ErrorDetail::detail, HasSubstr("at most 255")))));
+  EXPECT_THAT(faults_of(R"({"bodies":[{"type":"deformable","mesh":")" + name + "\"}]}"),
+              Contains(testing::AllOf(Field(&ErrorDetail::pointer, "/bodies/0/mesh"),
+                                      Field(&ErrorDetail::detail, HasSubstr("at most 4096")))));
+}
+
+TEST(ReadScene, FaultsThatRepeatEndWhenNobodyReadsOn) {
+  std::string list = "0", members = R"("m0":0)";
+  for (int i = 1; i < 5000; ++i) {
+    list += ",0";
+    members += ",\"m" + std::to_string(i) + "\":0";
+  }
+  const std::string keyframes = R"({"bodies":[{"type":"rigid","motion":{"keyframes":[)" + list + "]}}]}";
+  const std::string regions = R"({"bodies":[{"type":"deformable","densities":[)" + list + "]}]}";
+  for (const std::string& scene : {R"({"bodies":[)" + list + "]}", R"({"pins":[)" + list + "]}",
+                                   "{" + members + "}", keyframes, regions}) {
+    const std::size_t faults = faults_of(scene).size();
+    EXPECT_GE(faults, 100u) << scene.substr(0, 60);
+    EXPECT_LT(faults, 200u) << scene.substr(0, 60);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     ReadScene, FaultyScene,
     testing::Values(
