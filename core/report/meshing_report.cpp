@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 
 #include "core/pipeline/shortfall.h"
+#include "core/report/pace.h"
 
 namespace isochor {
 namespace {
@@ -20,32 +20,86 @@ std::vector<int> distinct(std::vector<int> rising) {
   return rising;
 }
 
-MeshingPoint measure(const std::shared_ptr<const TriangleSoup>& soup, const MeshingOptions& options,
-                     int repeats, const Progress& progress) {
-  Progress quiet = progress.with_sink({});
+/// Everything that the points of one report share.
+struct Study {
+  const std::shared_ptr<const TriangleSoup>& soup;
+  const MeshingReportOptions& options;
+  Progress& progress;
+  Pace pace = Pace();
+
+  int repeats() const { return std::max(1, options.repeats); }
+};
+
+/// What is done of a grid, in its order.
+using DonePoints = std::vector<std::optional<MeshingPoint>>;
+
+DonePoints done_before(const std::vector<MeshingOptions>& grid, const std::vector<MeshingPoint>& earlier) {
+  DonePoints done;
+  for (const MeshingOptions& settings : grid) {
+    const auto known = std::ranges::find(earlier, settings, &MeshingPoint::options);
+    done.push_back(known != earlier.end() ? std::optional(*known) : std::nullopt);
+  }
+  return done;
+}
+
+void describe(const Model& model, MeshingPoint& point) {
+  point.quality = model.quality;
+  if (const auto fault = shortfall(model)) point.incomplete = fault->what;
+  point.tets = static_cast<std::int64_t>(model.mesh().tets.size());
+  point.cells = static_cast<std::int64_t>(model.mesh().cells.size());
+  if (const double enclosed = model.enclosed_volume(); enclosed > 0.0)
+    point.volume_error = (model.quality.volume - enclosed) / enclosed;
+}
+
+MeshingPoint run_point(Study& study, const MeshingOptions& options, const std::string& phase) {
+  Progress quiet = study.progress.with_sink({});
+  const CostPlace place = cost_place(options);
   MeshingPoint point;
   point.options = options;
   std::vector<double> ms;
   try {
-    for (int repeat = 0; repeat < std::max(1, repeats); ++repeat) {
-      AuthoringPipeline pipeline(soup);
+    while (std::ssize(ms) < study.repeats()) {
+      study.progress.report(phase, study.pace.fraction(place, 0.0, 0.0));
+      AuthoringPipeline pipeline(study.soup);
       const auto begin = std::chrono::steady_clock::now();
       const auto model = pipeline.run(options, quiet);
       ms.push_back(
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
-      point.quality = model->quality;
-      if (const auto fault = shortfall(*model)) point.incomplete = fault->what;
-      point.tets = static_cast<std::int64_t>(model->mesh().tets.size());
-      point.cells = static_cast<std::int64_t>(model->mesh().cells.size());
-      if (const double enclosed = model->enclosed_volume(); enclosed > 0.0)
-        point.volume_error = (model->quality.volume - enclosed) / enclosed;
+      study.pace.end_run(place, ms.back() / 1000.0);
+      describe(*model, point);
     }
   } catch (const Error& error) {
     if (error.code() == ErrorCode::cancelled) throw;
     point.problem = error.what();
   }
+  study.pace.leave_out(place);
   point.ms = spread_of(ms);
   return point;
+}
+
+void run_grid(Study& study, const std::vector<MeshingOptions>& grid, DonePoints& done,
+              MeshingReport& report) {
+  const auto collect = [&] {
+    report.points.clear();
+    for (const auto& point : done)
+      if (point) report.points.push_back(*point);
+  };
+  collect();
+  std::vector<CostPlace> places;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    places.push_back(cost_place(grid[i]));
+    if (done[i]) study.pace.know(places[i], done[i]->ms.median / 1000.0);
+  }
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    if (!done[i]) study.pace.expect(places[i], study.repeats());
+  for (std::size_t i : revealing_order(places)) {
+    if (done[i]) continue;
+    const std::string phase =
+        "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
+    done[i] = run_point(study, grid[i], phase);
+    collect();
+    if (study.options.on_point) study.options.on_point(report);
+  }
 }
 
 }  // namespace
@@ -81,23 +135,21 @@ std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
   return grid;
 }
 
+CostPlace cost_place(const MeshingOptions& options) {
+  const double voxels = std::log(options.voxels), cells = std::log(options.lattice.cells),
+               p_in = std::log(options.pseudo_volume.p_in_voxels),
+               smoothing = std::log1p(options.smoothing.iterations);
+  return {0, 0, {voxels, cells, smoothing, p_in}, 1.5 * voxels + 0.5 * cells};
+}
+
 MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress) {
   const std::vector<MeshingOptions> grid = meshing_grid(options);
+  DonePoints done = done_before(grid, options.done);
+  Study study{soup, options, progress};
   MeshingReport report;
-  const auto work = [](double sum, const MeshingOptions& settings) { return sum + settings.voxels; };
-  const double whole = std::accumulate(grid.begin(), grid.end(), 0.0, work);
   try {
-    for (auto settings_at = grid.begin(); settings_at != grid.end(); ++settings_at) {
-      const MeshingOptions& settings = *settings_at;
-      const std::string phase =
-          "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
-      progress.report(phase, std::accumulate(grid.begin(), settings_at, 0.0, work) / whole);
-      const auto known = std::ranges::find(options.done, settings, &MeshingPoint::options);
-      report.points.push_back(
-          known != options.done.end() ? *known : measure(soup, settings, options.repeats, progress));
-      if (options.on_point) options.on_point(report);
-    }
+    run_grid(study, grid, done, report);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::cancelled) throw;
     report.complete = false;

@@ -7,6 +7,7 @@
 
 #include "core/common/progress.h"
 #include "core/pipeline/pipeline.h"
+#include "core/report/cost_model.h"
 #include "core/report/fit.h"
 
 namespace isochor {
@@ -50,6 +51,8 @@ struct MeshingReportOptions {
 
 /// The settings of every point.
 std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& options);
+
+CostPlace cost_place(const MeshingOptions& options);
 
 MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress);

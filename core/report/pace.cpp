@@ -5,51 +5,54 @@
 
 namespace isochor {
 
-double Pace::fraction(const SceneSettings& settings, double share, double seconds) const {
-  const Solvers now = after(settings, share, seconds);
-  double spent = 0.0;
-  for (const OfSolver& solver : now) spent += solver.seconds;
-  return spent > 0.0 ? spent / (spent + seconds_left(now)) : 0.0;
+Pace::Point* Pace::find(const CostPlace& place) {
+  const auto found = std::ranges::find(points_, place, &Point::place);
+  return found != points_.end() ? &*found : nullptr;
 }
 
-void Pace::end_run(const SceneSettings& settings, double seconds) {
-  solvers_ = after(settings, 1.0, seconds);
+double Pace::seconds_left(const Point& point, double of_one) const {
+  return of_one * (of_one > once_above_ ? std::min(1, point.runs_left) : point.runs_left);
 }
 
-Pace::Solvers Pace::after(const SceneSettings& settings, double share, double seconds) const {
-  Solvers solvers = solvers_;
-  OfSolver& solver = solvers[static_cast<std::size_t>(settings.solver)];
-  solver.left -= share * work(settings);
-  solver.done += share * work(settings);
-  solver.seconds += seconds;
-  return solvers;
+void Pace::expect(const CostPlace& place, int runs) {
+  points_.push_back({place, runs, false, model_.empty() ? 0.0 : model_.predict(place)});
 }
 
-/// Relative: substeps times cells. An implicit step counts as ten; iterations of the solvers that go cell by
-/// cell are as many for each decade of the tolerance, and grow with the cells.
-double Pace::work(const SceneSettings& settings) const {
-  constexpr int cheap_substeps = 15;
-  const bool implicit = settings.springs == SpringIntegrator::automatic
-                            ? needed_substeps_ > std::max(cheap_substeps, settings.substeps)
-                            : settings.springs != SpringIntegrator::symplectic;
-  const bool by_cell = settings.solver != VolumeSolver::newton;
-  const double iterations =
-      by_cell ? -std::log10(settings.tolerance) * std::pow(settings.resolution, 3) : 1.0;
-  return (implicit ? 10.0 : 1.0) * std::max(1, settings.substeps) * std::pow(settings.resolution, 3) *
-         iterations;
-}
-
-// Of a solver that has not run yet, what is usual beside those that have.
-double Pace::seconds_left(const Solvers& solvers) {
-  constexpr std::array<double, 3> usual{1.0, 5.0, 2.0};  // newton, scaling, gradient
-  double scale = 0.0, seconds = 0.0;
-  for (std::size_t s = 0; s < usual.size(); ++s)
-    if (solvers[s].done > 0.0) scale = std::max(scale, solvers[s].seconds / solvers[s].done / usual[s]);
-  for (std::size_t s = 0; s < usual.size(); ++s) {
-    const double rate = solvers[s].done > 0.0 ? solvers[s].seconds / solvers[s].done : usual[s] * scale;
-    seconds += std::max(0.0, solvers[s].left) * rate;
+// The longer a run goes on, the more its own pace counts, and the less what was predicted. The first one of
+// all is what the others are predicted from.
+double Pace::fraction(const CostPlace& running, double share, double seconds) const {
+  if (share <= 0.0 && model_.empty()) return 0.0;
+  CostModel from_this;
+  if (model_.empty()) from_this.add(running, seconds / share);
+  double left = 0.0;
+  for (const Point& point : points_) {
+    const double predicted = model_.empty() ? from_this.predict(point.place) : point.seconds;
+    if (point.place != running) {
+      left += seconds_left(point, predicted);
+      continue;
+    }
+    const double own = share > 0.0 ? seconds / share : predicted,
+                 whole = std::max(seconds, std::pow(predicted, 1.0 - share) * std::pow(own, share));
+    left += seconds_left(point, whole) - seconds;
   }
-  return seconds;
+  const double spent = spent_ + seconds;
+  return spent > 0.0 ? spent / (spent + std::max(0.0, left)) : 0.0;
+}
+
+void Pace::end_run(const CostPlace& place, double seconds) {
+  spent_ += seconds;
+  Point* point = find(place);
+  if (!point) return;
+  --point->runs_left;
+  if (point->measured) return;
+  point->measured = true, point->seconds = seconds;
+  model_.add(place, seconds);
+  for (Point& other : points_)
+    if (!other.measured && other.runs_left > 0) other.seconds = model_.predict(other.place);
+}
+
+void Pace::leave_out(const CostPlace& place) {
+  if (Point* point = find(place)) point->runs_left = 0;
 }
 
 }  // namespace isochor

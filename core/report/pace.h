@@ -1,40 +1,39 @@
 #pragma once
-#include <array>
+#include <limits>
+#include <vector>
 
-#include "core/report/scene_settings.h"
+#include "core/report/cost_model.h"
 
 namespace isochor {
 
-/// How far a report is, from what its runs took so far: the solvers differ by a factor of a hundred, in
-/// another order on each scene.
+/// How far the runs of a grid are: the seconds that they took beside those predicted for the ones left.
 class Pace {
  public:
-  /// Substeps that symplectic Euler needs, at the finest resolution.
-  explicit Pace(int needed_substeps) : needed_substeps_(needed_substeps) {}
+  /// A point whose run takes longer than this is not run again.
+  explicit Pace(double once_above = std::numeric_limits<double>::infinity()) : once_above_(once_above) {}
 
-  void expect(const SceneSettings& settings, int runs) { left(settings) += runs * work(settings); }
-  void leave_out(const SceneSettings& settings, int runs) { left(settings) -= runs * work(settings); }
-  /// Share of the whole that is done, when a run has done this share of its frames in these seconds.
-  double fraction(const SceneSettings& settings, double share, double seconds) const;
-  void end_run(const SceneSettings& settings, double seconds);
+  /// What an earlier run took, before anything is expected.
+  void know(const CostPlace& place, double seconds) { model_.add(place, seconds); }
+  void expect(const CostPlace& place, int runs);
+  /// Share of the whole that is done when the run at this place has done a share of its own in these seconds.
+  double fraction(const CostPlace& running, double share, double seconds) const;
+  void end_run(const CostPlace& place, double seconds);
+  /// The runs of this point that are left are not made.
+  void leave_out(const CostPlace& place);
 
  private:
-  double work(const SceneSettings& settings) const;
-  double& left(const SceneSettings& settings) {
-    return solvers_[static_cast<std::size_t>(settings.solver)].left;
-  }
-
-  struct OfSolver {
-    double left = 0.0, done = 0.0;  ///< work
-    double seconds = 0.0;           ///< that the work done took
+  struct Point {
+    CostPlace place;
+    int runs_left = 0;
+    bool measured = false;
+    double seconds = 0.0;  ///< that one run took, or is predicted to take
   };
-  using Solvers = std::array<OfSolver, 3>;
-  static double seconds_left(const Solvers& solvers);
-  /// After a share of a run that takes these seconds.
-  Solvers after(const SceneSettings& settings, double share, double seconds) const;
+  Point* find(const CostPlace& place);
+  double seconds_left(const Point& point, double of_one) const;
 
-  int needed_substeps_;
-  Solvers solvers_{};
+  double once_above_, spent_ = 0.0;
+  CostModel model_;
+  std::vector<Point> points_;
 };
 
 }  // namespace isochor

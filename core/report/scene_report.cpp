@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -139,7 +140,7 @@ struct Study {
   MaterialPoints points = {};
   Run reference = {};
   Scales scales = {};
-  Pace pace{1};
+  Pace pace = Pace();
 
   std::unique_ptr<Simulation> build(const SceneSettings& settings) const {
     return build(apply_settings(scene, settings));
@@ -173,9 +174,9 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, const s
   if (recorded && options.on_frame)
     sink = [&, index](const Snapshot& frame) { options.on_frame(index, frame); };
   Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double share) {
-    study.progress.report(phase, study.pace.fraction(settings, share, seconds_since(start)));
+    study.progress.report(phase, study.pace.fraction(cost_place(settings), share, seconds_since(start)));
   });
-  study.pace.end_run(settings, seconds_since(start));
+  study.pace.end_run(cost_place(settings), seconds_since(start));
   return run;
 }
 
@@ -320,7 +321,7 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
     point.outcome = Outcome::failed;
     point.reason = error.what();
   }
-  study.pace.leave_out(settings, repeats - static_cast<int>(frame_ms.size()));
+  study.pace.leave_out(cost_place(settings));
   add_times(frame_ms, point);
   return point;
 }
@@ -337,6 +338,18 @@ DonePoints done_before(const std::vector<SceneSettings>& grid, const SceneReport
   return done;
 }
 
+Pace pace_of(const Study& study, const ScenePoint& reference, const std::vector<CostPlace>& places,
+             const DonePoints& done) {
+  Pace pace(slow_run_seconds);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (done[i]) pace.know(places[i], done[i]->seconds);
+  pace.expect(cost_place(reference.settings), 1);
+  pace.expect(cost_place(at_half_the_substeps(reference.settings)), 1);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (!done[i]) pace.expect(places[i], std::max(1, study.options.repeats));
+  return pace;
+}
+
 void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& done, SceneReport& report) {
   const auto collect = [&] {
     report.points.clear();
@@ -345,17 +358,17 @@ void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& 
   };
   collect();
   if (report.points.size() == grid.size()) return;
-  study.pace.expect(report.reference.settings, 1);
-  study.pace.expect(at_half_the_substeps(report.reference.settings), 1);
-  for (std::size_t i = 0; i < grid.size(); ++i)
-    if (!done[i]) study.pace.expect(grid[i], std::max(1, study.options.repeats));
+  std::vector<CostPlace> places;
+  std::ranges::transform(grid, std::back_inserter(places), cost_place);
+  study.pace = pace_of(study, report.reference, places, done);
   ScenePoint reference;
   reference.settings = report.reference.settings;
   run_reference(study, reference);
   report.reference = reference;
-  for (std::size_t i = 0; i < grid.size(); ++i) {
+  for (std::size_t i : revealing_order(places)) {
     if (done[i]) continue;
-    const std::string phase = "point " + std::to_string(i + 1) + " of " + std::to_string(grid.size());
+    const std::string phase =
+        "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
     done[i] = run_point(study, grid[i], static_cast<int>(i), phase);
     collect();
     if (study.options.on_point) study.options.on_point(report);
@@ -394,9 +407,6 @@ SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, 
       report.reference = options.earlier.reference;
       done = done_before(grid, options.earlier);
     }
-    SceneSettings needed = report.reference.settings;
-    needed.substeps = 0;
-    study.pace = Pace(probe.as_stepped(needed).substeps);
     run_grid(study, grid, done, report);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::cancelled) throw;

@@ -113,6 +113,20 @@ std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes,
   return grid;
 }
 
+CostPlace cost_place(const SceneSettings& settings) {
+  const double substeps = std::log(std::max(1, settings.substeps)),
+               cells = 3.0 * std::log(settings.resolution),
+               decades = std::log(-std::log10(settings.tolerance));
+  // Solvers that go cell by cell take more sweeps the more cells there are; an implicit step about five times
+  // an explicit one.
+  const double sweeps = settings.solver == VolumeSolver::newton ? 0.0 : 0.5 * cells,
+               integrator = settings.springs == SpringIntegrator::symplectic ? 0.0 : std::log(5.0);
+  return {static_cast<int>(settings.solver),
+          static_cast<int>(settings.springs),
+          {substeps, cells, decades},
+          substeps + cells + decades + sweeps + integrator};
+}
+
 std::size_t most_points(const SceneAxes& axes) {
   const auto size = [](const auto& axis, std::size_t usual) {
     return axis ? std::max<std::size_t>(1, axis->size()) : usual;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/report/cost_model.h"
 #include "core/scene/scene.h"
 
 namespace isochor {
@@ -41,6 +42,10 @@ using AsStepped = std::function<SceneSettings(const SceneSettings&)>;
 
 /// The points as they are stepped, so that those which would be the same run stand there once.
 std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes, const AsStepped& as_stepped);
+
+/// For predicting what a run takes: its cost goes as the substeps and as the cells, and more or less as the
+/// decades of the tolerance.
+CostPlace cost_place(const SceneSettings& settings);
 
 /// No grid over these axes has more points, whatever the scene.
 std::size_t most_points(const SceneAxes& axes);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
@@ -36,6 +37,16 @@ void clear_line() {
 void print_line(const std::string& text) {
   clear_line();
   std::fputs((text + "\n").c_str(), stderr);
+}
+
+/// Not more digits than an estimate has.
+std::string about(double seconds) {
+  if (seconds < 10.0) return fmt::format("about {} s", std::max(1.0, std::round(seconds)));
+  if (seconds < 90.0) return fmt::format("about {} s", 5.0 * std::round(seconds / 5.0));
+  const double minutes = seconds / 60.0;
+  if (minutes < 10.0) return fmt::format("about {} min", std::round(minutes));
+  if (minutes < 90.0) return fmt::format("about {} min", 5.0 * std::round(minutes / 5.0));
+  return fmt::format("about {:.2g} h", 0.5 * std::round(minutes / 30.0));
 }
 
 }  // namespace
@@ -104,9 +115,7 @@ std::string CommandProgress::time_left(double fraction) {
   const double elapsed = std::chrono::duration<double>(now - start_).count(),
                done = fraction - start_fraction_;
   if (elapsed < 1.0 || done < 0.01) return {};
-  const auto seconds = static_cast<int>(std::ceil(elapsed * (1.0 - fraction) / done));
-  return seconds < 90 ? fmt::format(", {} s left", seconds)
-                      : fmt::format(", {} min left", (seconds + 59) / 60);
+  return ", " + about(elapsed * (1.0 - fraction) / done) + " left";
 }
 
 void CommandProgress::draw(std::string_view phase, double fraction) {

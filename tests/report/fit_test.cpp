@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/report/pace.h"
 #include "core/report/scene_report.h"
 
 namespace isochor {
@@ -110,22 +109,6 @@ TEST(SceneOrders, OverCellSizeLeaveOutTheReferencesLattice) {
     ++seen;
   }
   EXPECT_EQ(seen, 1);
-}
-
-TEST(Pace, LearnsHowSlowASolverIs) {
-  const SceneSettings newton{VolumeSolver::newton, SpringIntegrator::symplectic, 4, 1e-6, 1.0};
-  SceneSettings scaling = newton;
-  scaling.solver = VolumeSolver::scaling;
-  Pace pace(4);
-  pace.expect(newton, 1), pace.expect(scaling, 2);
-  pace.end_run(newton, 1.0);
-  const double guessed = pace.fraction(scaling, 0.0, 0.0);
-  EXPECT_LT(guessed, 0.1);
-  EXPECT_NEAR(pace.fraction(scaling, 0.5, 100.0), 101.0 / 401.0, 1e-12);  // 1 s, and two runs of 200
-  pace.end_run(scaling, 200.0);
-  EXPECT_NEAR(pace.fraction(scaling, 0.0, 0.0), 201.0 / 401.0, 1e-12);
-  pace.leave_out(scaling, 1);
-  EXPECT_NEAR(pace.fraction(newton, 0.0, 0.0), 1.0, 1e-12);
 }
 
 TEST(SceneOrders, BudgetTakesTheSmallestErrorThatFits) {

@@ -1,6 +1,6 @@
 import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
-import {milliseconds, words} from '../ui/format.js';
+import {about, milliseconds, words} from '../ui/format.js';
 import {unnoticed} from '../work/meshing.js';
 
 const long_step = 2000;  // milliseconds without a frame
@@ -16,7 +16,7 @@ export function progress_card({meshing, cancel, simulation, end_run}) {
     if (card.hidden) return;
     if (reading) return bar.removeAttribute('value'), text.textContent = `Opening ${reading.name}`;
     bar.value = job.fraction ?? 0;
-    text.textContent = `${words(job.phase || 'waiting')}${job.eta_s ? ` · ${milliseconds(1000 * job.eta_s)} left` : ''}`;
+    text.textContent = `${words(job.phase || 'waiting')}${job.eta_s ? ` · ${about(job.eta_s)} left` : ''}`;
   });
   return [card, long_step_card(simulation, end_run)];
 }

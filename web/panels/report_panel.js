@@ -1,6 +1,6 @@
 import {h, unique_id} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
-import {milliseconds, number} from '../ui/format.js';
+import {about, number} from '../ui/format.js';
 import {redraw} from '../ui/roving.js';
 import {error_legend, error_plot, orders_list} from '../report/error_plot.js';
 import {Measuring, fit_budget, settings_changes, worth_measuring} from '../work/measuring.js';
@@ -54,7 +54,7 @@ export function progress_row(measuring) {
     row.hidden = !job;
     if (!job) return;
     bar.value = job.fraction ?? 0;
-    text.textContent = job.eta_s ? `${milliseconds(1000 * job.eta_s)} left` : job.phase;
+    text.textContent = job.eta_s ? `${about(job.eta_s)} left` : job.phase;
   });
   return row;
 }

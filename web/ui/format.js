@@ -20,6 +20,13 @@ function power(value) {
 export const count = value => Number.isFinite(value) ? Math.round(value).toLocaleString('en') : '–';
 export const milliseconds = ms =>
   !Number.isFinite(ms) ? '–' : ms >= 1000 ? `${(ms / 1000).toFixed(ms < 1e4 ? 1 : 0)} s` : `${ms < 10 ? ms.toFixed(1) : Math.round(ms)} ms`;
+/// An estimate, with no more digits than it has.
+export function about(seconds) {
+  const minutes = seconds / 60;
+  if (seconds < 10) return `about ${Math.max(1, Math.round(seconds))} s`;
+  if (seconds < 90) return `about ${5 * Math.round(seconds / 5)} s`;
+  return minutes < 10 ? `about ${Math.round(minutes)} min` : minutes < 90 ? `about ${5 * Math.round(minutes / 5)} min` : `about ${Math.round(minutes / 30) / 2} h`;
+}
 export const percent = value => Number.isFinite(value) ? `${(100 * value).toFixed(value < 0.9995 && value > 0 ? 1 : 0)} %` : '–';
 
 export function bytes(value) {
