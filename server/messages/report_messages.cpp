@@ -147,8 +147,7 @@ ScenePoint scene_point_from(const Json& json) {
 MeshingPoint meshing_point_from(const Json& json) {
   MeshingPoint point;
   point.options = read_meshing_options(to_text(json.at("settings")));
-  const Outcome outcome = value_of(outcome_names, json.at("outcome"));
-  (outcome == Outcome::failed ? point.problem : point.incomplete) = json.at("reason");
+  point.incomplete = json.at("reason");
   QualitySummary& q = point.quality;
   q.boundary_to_input = number_from(json.at("errors").at("boundary_to_input"));
   q.input_to_boundary = number_from(json.at("errors").at("input_to_boundary"));
@@ -178,7 +177,9 @@ Report decode_report(std::string_view text, const Json& ours, Point (*decode)(co
     Report report;
     const Json json = Json::parse(text);
     check_provenance(json, ours);
-    for (const Json& point : json.at("points")) report.points.push_back(decode(point));
+    // What failed costs nothing to try again, and its settings may be out of range.
+    for (const Json& point : json.at("points"))
+      if (point.at("outcome") != outcome_name(Outcome::failed)) report.points.push_back(decode(point));
     if constexpr (std::is_same_v<Report, SceneReport>)
       report.reference = scene_point_from(json.at("reference"));
     return report;

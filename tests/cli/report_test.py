@@ -150,7 +150,8 @@ class Report(ProgramTest):
         whole = self.run_json("report", *arguments, "-o", out, "--resume")
         self.assertTrue(whole["complete"])
         self.assertGreater(len(whole["points"]), len(part["points"]))
-        self.assertEqual(whole["points"][:len(part["points"])], part["points"])  # times and all: not run again
+        for point in part["points"]:
+            self.assertIn(point, whole["points"])  # times and all: not run again
         for name in ("report.json", "report.csv", "report.html"):
             self.assertTrue((out / name).exists())
         with open(out / "report.csv", newline="") as file:
