@@ -14,6 +14,12 @@ Spread spread_of(std::vector<double> values);
 /// The smallest value that a share of them does not exceed; 0 when there is none.
 double quantile(std::vector<double> values, double share);
 
+/// The smallest budget that what took this long is said to fit: a fifth of it is kept in reserve, since a
+/// machine is not equally fast at all times.
+constexpr double fitting_budget(double ms) {
+  return 1.25 * ms;
+}
+
 /// y ≈ C·x^order by least squares on logarithms.
 struct Fit {
   double order = 0.0;

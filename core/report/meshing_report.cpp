@@ -160,7 +160,7 @@ MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms) {
   const MeshingPoint* best = nullptr;
   for (const MeshingPoint& point : report.points)
-    if (point.problem.empty() && point.incomplete.empty() && point.ms.median <= budget_ms &&
+    if (point.problem.empty() && point.incomplete.empty() && point.fits_ms() <= budget_ms &&
         (!best || point.distance() < best->distance()))
       best = &point;
   return best;

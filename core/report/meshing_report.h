@@ -31,6 +31,7 @@ struct MeshingPoint {
   std::int64_t tets = 0, cells = 0;
   Spread ms;  ///< from the soup to the tets, over the repeats
 
+  double fits_ms() const { return fitting_budget(ms.max); }
   /// From the boundary to the input or back, whichever is larger: a coarse model that misses a part may have
   /// its boundary close to the rest.
   double distance() const { return std::max(quality.boundary_to_input, quality.input_to_boundary); }
@@ -57,7 +58,7 @@ CostPlace cost_place(const MeshingOptions& options);
 MeshingReport report_meshing(const std::shared_ptr<const TriangleSoup>& soup,
                              const MeshingReportOptions& options, Progress& progress);
 
-/// The point whose boundary and input come closest, of the complete ones made within the budget.
+/// The point whose boundary and input come closest, of the complete ones that fit the budget.
 const MeshingPoint* fit_budget(const MeshingReport& report, double budget_ms);
 
 /// The lattice resolution whose number of tets comes closest to the wanted one, all else as in base, found

@@ -262,28 +262,15 @@ void describe(const Run& run, ScenePoint& point) {
   }
 }
 
-/// Of each frame the median of its repeats, which all do the same work: a pause of the machine falls into
-/// one.
-std::vector<double> median_frames(const std::vector<std::vector<double>>& frame_ms) {
-  std::vector<double> medians;
-  for (std::size_t frame = 0; !frame_ms.empty() && frame < frame_ms.front().size(); ++frame) {
-    std::vector<double> repeats;
-    repeats.reserve(frame_ms.size());
-    for (const std::vector<double>& frames : frame_ms) repeats.push_back(frames.at(frame));
-    medians.push_back(spread_of(std::move(repeats)).median);
-  }
-  return medians;
-}
-
 void add_times(const std::vector<std::vector<double>>& frame_ms, ScenePoint& point) {
   std::vector<double> medians, seconds;
   for (const std::vector<double>& frames : frame_ms) {
     medians.push_back(spread_of(frames).median);
+    point.ms_p95 = std::max(point.ms_p95, quantile(frames, 0.95));
     seconds.push_back(std::accumulate(frames.begin(), frames.end(), 0.0) / 1000.0);
   }
   point.runs = static_cast<int>(frame_ms.size());
   point.ms_per_step = spread_of(medians);
-  point.ms_p95 = quantile(median_frames(frame_ms), 0.95);
   point.seconds = spread_of(seconds).median;
 }
 
@@ -421,7 +408,7 @@ const ScenePoint* fit_budget(const SceneReport& report, double budget_ms) {
     return std::pair(p.errors.trajectory_rms, p.errors.max_cell_volume);
   };
   for (const ScenePoint& point : report.points)
-    if (point.outcome == Outcome::converged && point.ms_p95 <= budget_ms &&
+    if (point.outcome == Outcome::converged && point.fits_ms() <= budget_ms &&
         (!best || key(point) < key(*best)))
       best = &point;
   return best;

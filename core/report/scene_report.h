@@ -52,11 +52,13 @@ struct ScenePoint {
   std::string reason;  ///< one sentence when not converged
   SceneErrors errors;
   Spread ms_per_step;    ///< a frame's worth of simulation: median over the frames, spread over the repeats
-  double ms_p95 = 0.0;   ///< what 95 % of the frames stay within, each the median of its repeats
+  double ms_p95 = 0.0;   ///< what 95 % of the frames of the slowest repeat stay within
   double seconds = 0.0;  ///< simulating the whole run, median of the repeats
   int runs = 0;          ///< that the spread is of: the repeats, or one of a slow point
   int substeps = 0;      ///< largest of a frame
   std::int64_t cells = 0, recoveries = 0, fallbacks = 0;
+
+  double fits_ms() const { return fitting_budget(ms_p95); }
 };
 
 struct SceneReport {
@@ -107,8 +109,7 @@ std::vector<FittedOrder> fitted_orders(const SceneReport& report);
 /// What an error has to exceed to be told from round-off and from the error of the reference.
 double error_floor(const SceneReport& report, const SceneErrorField& field);
 
-/// The point with the smallest trajectory error (then cell error) that converged and simulates 95 % of its
-/// frames within the budget.
+/// The point with the smallest trajectory error (then cell error) that converged and fits the budget.
 const ScenePoint* fit_budget(const SceneReport& report, double budget_ms);
 
 }  // namespace isochor

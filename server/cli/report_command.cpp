@@ -129,10 +129,12 @@ void fit_scene_budget(const CliContext& context, const SceneReport& report, doub
                       const fs::path& folder) {
   const ScenePoint* best = fit_budget(report, budget_ms);
   if (!best)
-    throw Error(ErrorCode::over_budget,
-                fmt::format("no settings of the grid simulate 95 % of their steps in {:g} ms on this machine",
-                            budget_ms),
-                "lower --resolutions, or allow a larger budget");
+    throw Error(
+        ErrorCode::over_budget,
+        fmt::format("no settings of the grid simulate 95 % of their steps in four fifths of {:g} ms on "
+                    "this machine",
+                    budget_ms),
+        "lower --resolutions, or allow a larger budget");
   write_file(folder / "budget.json", encode_settings(best->settings));
   context.note(
       fmt::format("within {:g} ms: {} and {} springs with {} substeps to {:g}: {:.3g} ms a step, {:.3g} ms "
@@ -248,7 +250,7 @@ void fit_meshing_budget(const CliContext& context, const MeshingReport& report, 
   const MeshingPoint* best = fit_budget(report, budget_ms);
   if (!best)
     throw Error(ErrorCode::over_budget,
-                fmt::format("no settings of the grid make a model in {:g} ms", budget_ms),
+                fmt::format("no settings of the grid make a model in four fifths of {:g} ms", budget_ms),
                 "lower --grid-voxels, or allow a larger budget");
   write_file(folder / "budget.json", write_meshing_options(best->options));
   context.note(fmt::format("within {:g} ms: {} voxels, {} cells: {:.3g} ms, {:.3g} from the input; wrote {}",
@@ -401,9 +403,12 @@ void add_report_command(CLI::App& app, CliContext& context) {
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   command
-      ->add_option("--budget-ms", options->budget_ms,
-                   "Name the settings with the smallest error that keep 95 % of the steps (or meshing) "
-                   "within this time, and write them as budget.json, for simulate --params or mesh --params")
+      ->add_option(
+          "--budget-ms", options->budget_ms,
+          "Name the settings with the smallest error that fit this time, and write them as budget.json, "
+          "for simulate --params or mesh --params: 95 % of the steps of the slowest repeat, or the "
+          "slowest meshing, take four fifths of it; the rest is in reserve, since a machine is not "
+          "equally fast at all times")
       ->check(CLI::PositiveNumber);
   command->add_flag("--resume", options->resume,
                     "Take over the points that an earlier run into this folder has finished");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "core/report/stability.h"
 #include "core/scene/simulation.h"
@@ -101,17 +102,16 @@ TEST(SceneReport, ASpringsOscillationHasTheEnergyErrorOfItsStep) {
   }
 }
 
-/// Another simulation, of which every frame after the first is moved, and has more energy and momentum.
+/// Another simulation, of which every frame after the first is changed.
 class Planted : public Simulation {
  public:
-  explicit Planted(std::unique_ptr<Simulation> inner) : inner_(std::move(inner)) {}
+  using Change = std::function<void(Snapshot&)>;
+  Planted(std::unique_ptr<Simulation> inner, Change change)
+      : inner_(std::move(inner)), change_(std::move(change)) {}
   Snapshot snapshot() const override { return inner_->snapshot(); }
   Snapshot step(const Progress& progress) override {
     Snapshot frame = inner_->step(progress);
-    for (Vec3& position : frame.bodies[0].positions) position += Vec3(0.03, 0.0, 0.04);
-    frame.metrics.kinetic_energy *= 1.25;
-    frame.metrics.linear_momentum *= 1.5;
-    frame.metrics.max_cell_volume_error = 0.125;
+    change_(frame);
     return frame;
   }
   bool finished() const override { return inner_->finished(); }
@@ -131,7 +131,17 @@ class Planted : public Simulation {
 
  private:
   std::unique_ptr<Simulation> inner_;
+  Change change_;
 };
+
+/// Leaves the reference as it is.
+auto planting(Planted::Change change) {
+  return [change](const Scene& part, Progress& progress) -> std::unique_ptr<Simulation> {
+    auto simulation = compile(part, progress);
+    if (part.solver.tolerance == SceneReportOptions().reference_tolerance) return simulation;
+    return std::make_unique<Planted>(std::move(simulation), change);
+  };
+}
 
 /// In flight without gravity, where all else is exact.
 TEST(SceneReport, APlantedErrorIsSeenAsWhatItIs) {
@@ -142,11 +152,12 @@ TEST(SceneReport, APlantedErrorIsSeenAsWhatItIs) {
   SceneReportOptions options;
   options.axes = only_substeps({1});
   options.repeats = 1;
-  options.build = [](const Scene& part, Progress& progress) -> std::unique_ptr<Simulation> {
-    auto simulation = compile(part, progress);
-    if (part.solver.tolerance == SceneReportOptions().reference_tolerance) return simulation;
-    return std::make_unique<Planted>(std::move(simulation));
-  };
+  options.build = planting([](Snapshot& frame) {
+    for (Vec3& position : frame.bodies[0].positions) position += Vec3(0.03, 0.0, 0.04);
+    frame.metrics.kinetic_energy *= 1.25;
+    frame.metrics.linear_momentum *= 1.5;
+    frame.metrics.max_cell_volume_error = 0.125;
+  });
   Progress quiet;
   const SceneErrors errors = report_scene(scene, options, quiet).points.at(0).errors;
   EXPECT_NEAR(errors.trajectory_rms, 0.05, 1e-9);
@@ -154,6 +165,27 @@ TEST(SceneReport, APlantedErrorIsSeenAsWhatItIs) {
   EXPECT_NEAR(errors.energy, 0.25, 1e-9);
   EXPECT_NEAR(errors.linear_momentum, 0.5, 1e-9);
   EXPECT_EQ(errors.max_cell_volume, 0.125);
+}
+
+/// Of 20 frames one may take longer; of three repeats the slowest counts.
+TEST(SceneReport, PlantedTimesFitTheBudgetThatTheyTake) {
+  SceneReportOptions options;
+  options.axes = only_substeps({1});
+  int frames = -1;  // the first asks for the substeps
+  options.build = planting([&frames](Snapshot& frame) {
+    const int repeat = frames++ / 20;
+    frame.metrics.step_ms = frame.seq == 5 ? 100.0 : frame.seq == 6 ? 4.0 : 1.0 + repeat;
+  });
+  const Scene scene = one_body(cube(1, 1.0), 20.0 / 60.0);
+  Progress quiet;
+  const SceneReport report = report_scene(scene, options, quiet);
+  ASSERT_EQ(report.points.size(), 1u);
+  const ScenePoint& point = report.points[0];
+  EXPECT_EQ(point.ms_per_step.median, 2.0);
+  EXPECT_EQ(point.ms_per_step.max, 3.0);
+  EXPECT_EQ(point.ms_p95, 4.0);
+  EXPECT_EQ(fit_budget(report, 5.0), &point);
+  EXPECT_EQ(fit_budget(report, 4.99), nullptr);
 }
 
 /// Three quick points, and a way to cancel them.

@@ -70,8 +70,8 @@ export function settings_changes({solver, springs, substeps, tolerance}) {
   return {'scene.solver.volume': solver, 'scene.solver.springs': springs, 'scene.solver.substeps': substeps || 'auto', 'scene.solver.tolerance': tolerance};
 }
 
-/// The converged point with the smallest error that keeps 95 % of its frames within the budget, or null.
+/// The converged point with the smallest error that fits the budget, or null.
 export function fit_budget({points}, field, budget_ms) {
-  const fitting = points.filter(point => point.outcome === 'converged' && point.ms_p95 <= budget_ms);
+  const fitting = points.filter(point => point.outcome === 'converged' && point.fits_ms <= budget_ms);
   return fitting.sort((a, b) => a.errors[field] - b.errors[field])[0] ?? null;
 }
