@@ -30,13 +30,16 @@ test('a dropped mesh becomes a model, and its report counts what is wrong', asyn
 test('of two meshes dropped at once the last one stays, and one step back is what was before both', async () => {
   const page = await suite.open();
   const tree = await tets(page);
+  let dropped_both;
+  const both = new Promise(resolve => dropped_both = resolve);
   await page.route('**/meshes?name=slow.obj', async route => {
-    await new Promise(resolve => setTimeout(resolve, 500));
+    await both;
     await route.continue();
   });
   const answered = page.waitForResponse('**/meshes?name=slow.obj');
   await drop(page, 'slow.obj', open_cube.replace('v 0 0 0', 'v 0 0 -2'));
   await drop(page, 'cube.obj', cube);
+  dropped_both();
   await (await answered).finished();
   await eventually(() => tets(page), n => n !== tree, 'the model of the cube');
   assert.equal(await page.locator('.mesh-name').textContent(), 'cube');
