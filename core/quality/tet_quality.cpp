@@ -5,6 +5,7 @@
 
 #include "core/common/wide.h"
 #include "core/parallel/parallel.h"
+#include "core/quality/dihedral.h"
 #include "core/quality/quality.h"
 
 namespace isochor {
@@ -24,28 +25,17 @@ inline double dot(const double* a, const double* b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// As smallest_dihedral_cosine has it, without branches, so that the loop over the lanes becomes wide.
+// Without branches, so that the loop over the lanes becomes wide.
 ISOCHOR_MULTIVERSION void judge(EightTets& tets) {
   const auto& x = tets.x;
   for (int l = 0; l < lanes; ++l) {
     const double e1[3]{x[3][l] - x[0][l], x[4][l] - x[1][l], x[5][l] - x[2][l]},
         e2[3]{x[6][l] - x[0][l], x[7][l] - x[1][l], x[8][l] - x[2][l]},
         e3[3]{x[9][l] - x[0][l], x[10][l] - x[1][l], x[11][l] - x[2][l]};
-    const double nb[3]{e3[1] * e2[2] - e3[2] * e2[1], e3[2] * e2[0] - e3[0] * e2[2],
-                       e3[0] * e2[1] - e3[1] * e2[0]},
-        nc[3]{e1[1] * e3[2] - e1[2] * e3[1], e1[2] * e3[0] - e1[0] * e3[2], e1[0] * e3[1] - e1[1] * e3[0]},
-        nd[3]{e2[1] * e1[2] - e2[2] * e1[1], e2[2] * e1[0] - e2[0] * e1[2], e2[0] * e1[1] - e2[1] * e1[0]};
-    const double na[3]{-(nb[0] + nc[0] + nd[0]), -(nb[1] + nc[1] + nd[1]), -(nb[2] + nc[2] + nd[2])};
-    const double six_volumes = -dot(e1, nb);
-    const double la = 1.0 / std::sqrt(dot(na, na)), lb = 1.0 / std::sqrt(dot(nb, nb)),
-                 lc = 1.0 / std::sqrt(dot(nc, nc)), ld = 1.0 / std::sqrt(dot(nd, nd));
-    double most = -dot(na, nb) * la * lb;
-    most = std::max(most, -dot(na, nc) * la * lc);
-    most = std::max(most, -dot(na, nd) * la * ld);
-    most = std::max(most, -dot(nb, nc) * lb * lc);
-    most = std::max(most, -dot(nb, nd) * lb * ld);
-    most = std::max(most, -dot(nc, nd) * lc * ld);
-    tets.cosine[l] = six_volumes > 0.0 ? std::min(most, 1.0) : 1.0;
+    const double six_volumes = e1[0] * (e2[1] * e3[2] - e2[2] * e3[1]) +
+                               e1[1] * (e2[2] * e3[0] - e2[0] * e3[2]) +
+                               e1[2] * (e2[0] * e3[1] - e2[1] * e3[0]);
+    tets.cosine[l] = smallest_dihedral_cosine(e1, e2, e3, 0.0);
 
     const double bc[3]{e2[0] - e1[0], e2[1] - e1[1], e2[2] - e1[2]},
         bd[3]{e3[0] - e1[0], e3[1] - e1[1], e3[2] - e1[2]},

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
+#include "core/common/wide.h"
 #include "core/parallel/parallel.h"
 #include "core/quality/dihedral.h"
 
@@ -11,11 +13,26 @@ namespace isochor {
 namespace {
 
 constexpr int max_halvings = 8;
-constexpr std::int64_t grain = 4096;
+constexpr std::int64_t grain = 2048;
 
 // A hair above the floor, so that the final rescaling's round-off stays above it.
 double cosine_of_floor(double degrees) {
   return degrees > 0.0 ? std::cos((degrees + 1e-5) * std::numbers::pi / 180.0) : 1.0;
+}
+
+constexpr int lanes = 8;
+/// Of eight tets the edges from their first vertices, a coordinate a row.
+using TetLanes = double[9][lanes];
+
+void put(const Tet& t, const std::vector<Vec3>& x, int lane, TetLanes& edges) {
+  for (int e = 0; e < 3; ++e)
+    for (int axis = 0; axis < 3; ++axis) edges[3 * e + axis][lane] = x[t[e + 1]][axis] - x[t[0]][axis];
+}
+
+ISOCHOR_MULTIVERSION void eight_cosines(const double (*e)[lanes], double min_volume, double* out) {
+  for (int l = 0; l < lanes; ++l)
+    out[l] = smallest_dihedral_cosine({e[0][l], e[1][l], e[2][l]}, {e[3][l], e[4][l], e[5][l]},
+                                      {e[6][l], e[7][l], e[8][l]}, min_volume);
 }
 
 }  // namespace
@@ -28,57 +45,78 @@ MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double
     return std::ranges::any_of(tet, [&](std::int32_t v) { return graph.index[v] >= 0; });
   });
   const std::size_t n = graph.vertices.size();
-  share_.resize(n), changed_.resize(n), next_.resize(n), limited_.resize(n, 0);
-  bad_.resize(tets_.size());
-}
-
-bool MoveLimiter::is_bad(const Tet& t, const std::vector<Vec3>& x) const {
-  const double cosine = smallest_dihedral_cosine(x[t[0]], x[t[1]], x[t[2]], x[t[3]], min_volume_);
-  return cosine > max_cosine_ || cosine >= 1.0;
+  share_.resize(n), limited_.resize(n, 0), chosen_.resize(n, 0), seen_.resize(tets_.size(), 0);
+  const auto for_corners = [&](auto&& visit) {
+    for (std::size_t t = 0; t < tets_.size(); ++t)
+      for (const std::int32_t v : tets_[t])
+        if (graph.index[v] >= 0) visit(graph.index[v], static_cast<std::int32_t>(t));
+  };
+  first_.resize(n + 1, 0);
+  for_corners([&](std::int32_t b, std::int32_t) { ++first_[b + 1]; });
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  tets_of_.resize(first_.back());
+  std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
+  for_corners([&](std::int32_t b, std::int32_t t) { tets_of_[next[b]++] = t; });
 }
 
 void MoveLimiter::apply(std::span<const Vec3> moves, std::vector<Vec3>& positions, const Progress& progress) {
-  const auto count = static_cast<std::int64_t>(graph_.vertices.size());
-  std::vector<Vec3> start(count);
-  for (std::int64_t b = 0; b < count; ++b) start[b] = positions[graph_.vertices[b]];
+  std::vector<Vec3> start(moves.size());
+  for (std::size_t b = 0; b < start.size(); ++b) start[b] = positions[graph_.vertices[b]];
   std::ranges::fill(share_, 1.0);
-  std::ranges::fill(changed_, 1);
+  changed_.resize(moves.size()), touched_.resize(tets_.size());
+  std::iota(changed_.begin(), changed_.end(), 0);
+  std::iota(touched_.begin(), touched_.end(), 0);
   for (int round = 0;; ++round) {
     progress.throw_if_cancelled();
-    parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
-      for (auto b = begin; b < end; ++b)
-        if (changed_[b] != 0) positions[graph_.vertices[b]] = start[b] + share_[b] * moves[b];
+    parallel_for(std::ssize(changed_), grain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto n = begin; n < end; ++n) {
+        const std::int32_t b = changed_[n];
+        positions[graph_.vertices[b]] = start[b] + share_[b] * moves[b];
+      }
     });
-    if (!shorten(round >= max_halvings, positions)) return;
+    bad_.resize(touched_.size());
+    parallel_for(std::ssize(touched_), grain,
+                 [&](std::int64_t begin, std::int64_t end) { judge(begin, end, positions); });
+    if (!shorten(round >= max_halvings)) return;
+    touch_changed();
   }
 }
 
-// One round: judge the tets around changed vertices, then shorten the moves of the bad ones' vertices. False
-// when there was nothing left to shorten.
-bool MoveLimiter::shorten(bool drop, const std::vector<Vec3>& positions) {
-  const auto index = [&](std::int32_t v) { return graph_.index[v]; };
-  parallel_for(static_cast<std::int64_t>(tets_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto t = begin; t < end; ++t) {
-      const bool touched = std::ranges::any_of(
-          tets_[t], [&](std::int32_t v) { return index(v) >= 0 && changed_[index(v)] != 0; });
-      bad_[t] = touched && is_bad(tets_[t], positions);
+// A lane a tet.
+void MoveLimiter::judge(std::int64_t begin, std::int64_t end, const std::vector<Vec3>& positions) {
+  TetLanes edges{};
+  double cosines[lanes];
+  for (auto first = begin; first < end; first += lanes) {
+    const auto used = static_cast<int>(std::min<std::int64_t>(lanes, end - first));
+    for (int l = 0; l < used; ++l) put(tets_[touched_[first + l]], positions, l, edges);
+    eight_cosines(edges, min_volume_, cosines);
+    for (int l = 0; l < used; ++l) bad_[first + l] = cosines[l] > max_cosine_ || cosines[l] >= 1.0;
+  }
+}
+
+// The moves of the bad tets' vertices. False when there was nothing left to shorten.
+bool MoveLimiter::shorten(bool drop) {
+  changed_.clear();
+  for (std::size_t n = 0; n < touched_.size(); ++n) {
+    if (bad_[n] == 0) continue;
+    for (const std::int32_t v : tets_[touched_[n]]) {
+      const std::int32_t b = graph_.index[v];
+      if (b >= 0 && share_[b] > 0.0 && chosen_[b] == 0) chosen_[b] = 1, changed_.push_back(b);
     }
-  });
-  std::ranges::fill(next_, 0);
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    if (bad_[t] == 0) continue;
-    for (const std::int32_t v : tets_[t])
-      if (index(v) >= 0 && share_[index(v)] > 0.0) next_[index(v)] = 1;
   }
-  bool any = false;
-  for (std::size_t b = 0; b < next_.size(); ++b) {
-    if (next_[b] == 0) continue;
+  for (const std::int32_t b : changed_) {
     share_[b] = drop ? 0.0 : 0.5 * share_[b];
-    limited_[b] = 1;
-    any = true;
+    limited_[b] = 1, chosen_[b] = 0;
   }
-  changed_.swap(next_);
-  return any;
+  return !changed_.empty();
+}
+
+void MoveLimiter::touch_changed() {
+  touched_.clear();
+  for (const std::int32_t b : changed_)
+    for (const std::int32_t t : tets_of(b))
+      if (seen_[t] == 0) seen_[t] = 1, touched_.push_back(t);
+  for (const std::int32_t t : touched_) seen_[t] = 0;
 }
 
 std::int64_t MoveLimiter::limited_vertices() const {

@@ -23,15 +23,24 @@ class MoveLimiter {
   std::int64_t limited_vertices() const;
 
  private:
-  bool is_bad(const Tet& tet, const std::vector<Vec3>& positions) const;
-  bool shorten(bool drop, const std::vector<Vec3>& positions);
+  void judge(std::int64_t begin, std::int64_t end, const std::vector<Vec3>& positions);
+  bool shorten(bool drop);
+  void touch_changed();
+  std::span<const std::int32_t> tets_of(std::int32_t v) const {
+    return {tets_of_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
+  }
 
   const BoundaryGraph& graph_;
   std::vector<Tet> tets_;  ///< those with a boundary vertex
+  std::vector<std::int32_t> first_,
+      tets_of_;  ///< tets of boundary vertex v: tets_of_[first_[v], first_[v+1])
   double max_cosine_, min_volume_;
-  std::vector<double> share_;                           ///< of the move, a boundary vertex
-  std::vector<std::uint8_t> changed_, next_, limited_;  ///< a boundary vertex
-  std::vector<std::uint8_t> bad_;                       ///< a tet
+  std::vector<double> share_;                ///< of the move, a boundary vertex
+  std::vector<std::uint8_t> limited_;        ///< a boundary vertex
+  std::vector<std::int32_t> changed_;        ///< boundary vertices that this round moves
+  std::vector<std::int32_t> touched_;        ///< tets around them
+  std::vector<std::uint8_t> bad_;            ///< a touched tet
+  std::vector<std::uint8_t> chosen_, seen_;  ///< a boundary vertex, a tet: stands in the list being made
 };
 
 }  // namespace isochor
