@@ -9,7 +9,7 @@
 namespace isochor {
 namespace {
 
-constexpr double largest_volume_error = 0.25;
+constexpr double largest_volume_error = 0.25, largest_in_pieces = 0.1;
 constexpr int most_cells = 256;
 const char* const drop_strays = "drop stray parts that lie far away, or give the parts one by one";
 
@@ -51,10 +51,15 @@ std::optional<Shortfall> shortfall(const Model& model) {
   if (quality.coverage < sufficient_coverage)
     return Shortfall{fmt::format("it covers only {:.1f} % of the input's area", 100.0 * quality.coverage),
                      "try the preset thin or more cells"};
-  if (input.closed && !crosses_itself(input) && model.volume_error() > largest_volume_error)
-    return Shortfall{fmt::format("its volume is {:.4g}, but the closed input encloses {:.4g}", quality.volume,
-                                 model.enclosed_volume()),
-                     wall_advice(model)};
+  // A thin plate that falls to pieces may be covered all over, and lack a part of its volume only.
+  const bool in_pieces = model.lattice->components > input.components;
+  if (input.closed && !crosses_itself(input) &&
+      model.volume_error() > (in_pieces ? largest_in_pieces : largest_volume_error))
+    return Shortfall{
+        fmt::format("{}its volume is {:.4g}, but the closed input encloses {:.4g}",
+                    in_pieces ? fmt::format("it falls into {} parts, and ", model.lattice->components) : "",
+                    quality.volume, model.enclosed_volume()),
+        wall_advice(model)};
   const double most = most_volume(model.size.extents, model.lattice->grid.spacing);
   if (quality.volume > most)
     return Shortfall{

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "core/common/error.h"
 #include "tests/support/shapes.h"
 
@@ -88,6 +90,21 @@ TEST(Shortfall, AClosedPlateLearnsHowManyCellsItsWallsNeed) {
   EXPECT_FALSE(shortfall(*make(plate, settings(108, 54))));
   EXPECT_THAT(failure(test::box({0, 0, 0}, {1, 1, 0.001}), settings(64, 12)).hint(),
               HasSubstr("thicken the walls"));
+}
+
+/// Thinner than a cell and slanted to the lattice: its pieces lie near all of it, with an eighth of the
+/// volume lost.
+TEST(Shortfall, APlateThatFallsToPiecesIsNoModelOfIt) {
+  TriangleSoup plate = test::box({-0.5, -0.015, -0.5}, {0.5, 0.015, 0.5});
+  const Eigen::Quaterniond tilt =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.471, Vec3::UnitZ())) * Eigen::AngleAxisd(0.332, Vec3::UnitX());
+  for (Vec3& p : plate.positions) p = tilt * p;
+  const auto pieces = make(plate, settings(64, 24));
+  EXPECT_GT(pieces->quality.coverage, 0.99);
+  EXPECT_LT(pieces->volume_error(), 0.25);
+  ASSERT_TRUE(shortfall(*pieces));
+  EXPECT_THAT(shortfall(*pieces)->what, HasSubstr("parts, and its volume is 0.02"));
+  EXPECT_FALSE(shortfall(*make(plate, settings(152, 76))));
 }
 
 }  // namespace
