@@ -35,19 +35,31 @@ Eigen::VectorXd CostModel::covariances(const CostPlace& place) const {
   return covariances;
 }
 
+// A pause of the machine makes a run longer, never shorter: of a place the shortest run counts, and what took
+// milliseconds says little.
 void CostModel::add(const CostPlace& place, double seconds) {
-  constexpr double noise = 0.1, least_seconds = 1e-6;
+  constexpr double least_seconds = 1e-6, pause = 0.01, least_noise = 0.1, most_noise = 1.0;
+  const double deviation = std::log(std::max(seconds, least_seconds)) - place.usual;
+  const auto known = std::ranges::find(places_, place) - places_.begin();
+  if (known < std::ssize(places_)) {
+    deviations_[known] = std::min(deviations_[known], deviation);
+    return weigh();
+  }
+  const double noise = std::clamp(pause / std::max(seconds, least_seconds), least_noise, most_noise);
   const Eigen::Index old = std::ssize(places_);
   const Eigen::VectorXd to_others = covariances(place);
   places_.push_back(place);
   factor_.conservativeResize(old + 1, old + 1);
-  const auto before = factor_.topLeftCorner(old, old);
-  const Eigen::VectorXd row = before.triangularView<Eigen::Lower>().solve(to_others);
+  const Eigen::VectorXd row = factor_.topLeftCorner(old, old).triangularView<Eigen::Lower>().solve(to_others);
   factor_.col(old).setZero();
   factor_.row(old).head(old) = row.transpose();
   factor_(old, old) = std::sqrt(std::max(covariance(place, place) - row.squaredNorm(), 0.0) + noise * noise);
   deviations_.conservativeResize(old + 1);
-  deviations_[old] = std::log(std::max(seconds, least_seconds)) - place.usual;
+  deviations_[old] = deviation;
+  weigh();
+}
+
+void CostModel::weigh() {
   weights_ = factor_.triangularView<Eigen::Lower>().solve(deviations_);
   factor_.transpose().triangularView<Eigen::Upper>().solveInPlace(weights_);
 }

@@ -20,6 +20,7 @@ struct CostPlace {
 /// neighbours share.
 class CostModel {
  public:
+  /// Of a run; of a place that ran before, again.
   void add(const CostPlace& place, double seconds);
   bool empty() const { return places_.empty(); }
   /// Seconds; of a model that is not empty.
@@ -28,6 +29,7 @@ class CostModel {
  private:
   double covariance(const CostPlace& a, const CostPlace& b) const;
   Eigen::VectorXd covariances(const CostPlace& place) const;
+  void weigh();
 
   std::vector<CostPlace> places_;
   Eigen::MatrixXd factor_;      ///< lower Cholesky factor of the covariance between the places

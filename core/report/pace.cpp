@@ -44,8 +44,8 @@ void Pace::end_run(const CostPlace& place, double seconds) {
   Point* point = find(place);
   if (!point) return;
   --point->runs_left;
-  if (point->measured) return;
-  point->measured = true, point->seconds = seconds;
+  point->seconds = point->measured ? std::min(point->seconds, seconds) : seconds;
+  point->measured = true;
   model_.add(place, seconds);
   for (Point& other : points_)
     if (!other.measured && other.runs_left > 0) other.seconds = model_.predict(other.place);

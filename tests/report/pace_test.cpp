@@ -108,6 +108,17 @@ TEST(Pace, TheFirstRunIsWhatTheOthersArePredictedFrom) {
   EXPECT_NEAR(pace.fraction(point, 0.0, 0.0), 1.0, 1e-12);
 }
 
+TEST(Pace, APauseOfTheMachineIsForgottenAfterARepeat) {
+  const CostPlace first{0, 0, {0.0}, 0.0}, next{0, 0, {1.0}, 1.0};
+  CostModel model;
+  model.add(first, 30.0);
+  EXPECT_NEAR(model.predict(next), 30.0 * std::exp(1.0), 5.0);
+  model.add(first, 0.5);
+  EXPECT_NEAR(model.predict(next), 0.5 * std::exp(1.0), 0.1);
+  model.add(first, 20.0);
+  EXPECT_NEAR(model.predict(next), 0.5 * std::exp(1.0), 0.1);
+}
+
 TEST(Pace, SlowPointsAreExpectedOnce) {
   const CostPlace quick{0, 0, {0.0}, 0.0}, slow{0, 0, {5.0}, 5.0};
   Pace pace(10.0);
