@@ -18,7 +18,8 @@ export async function start_server(port = 0, options = []) {
     port: Number(new URL(url).port),
     async stop() {
       child.kill('SIGTERM');
-      await once(child, 'exit');
+      const [code] = await once(child, 'exit');
+      if (code !== 0) throw new Error(`isochor serve ended with ${code}`);  // as a sanitizer that found something does
     },
   };
 }
