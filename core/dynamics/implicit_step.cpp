@@ -85,6 +85,7 @@ void ImplicitStep::begin(SoftBody& body, double h, ImplicitScheme scheme) {
     internal_energy_ += 0.5 / (h * h) * body.masses[i] * deformation_.at(i).squaredNorm();
   body.positions = solved_ = turned_;
   std::ranges::fill(multipliers_, 0.0);
+  lacked_at_first_ = 0.0;
 }
 
 void ImplicitStep::find_balance(const SoftBody& body) {
@@ -188,22 +189,39 @@ void ImplicitStep::give_way(const Hold& hold) {
 }
 
 /// Until what was lacking before the last step is, as an energy, lacking²/h², a hundredth of the energy
-/// given, and `balanced` times what lacked at first or next to nothing. False when it never is affordable.
+/// given, and `balanced` times what lacked at first in this substep or next to nothing. False when it never
+/// is affordable, as soon as that shows.
 bool ImplicitStep::iterate(SoftBody& body, const Hold& hold, double tolerance, double balanced,
                            double energy) {
   const double affordable = 0.1 * h_ * std::sqrt(energy);
-  double first = 0.0, lacking = 0.0;
+  std::array<double, most_steps> lacked;
+  double lacking = 0.0;
   for (int k = 0; k < most_steps; ++k) {
-    lacking = newton_step(body, hold, tolerance, k);
-    if (k == 0) first = lacking;
-    if (!is_finite(body.positions)) {
-      body.positions = solved_;
-      return false;
-    }
-    if (lacking <= affordable && lacking <= std::max(balanced * first, 0.1 * affordable)) break;
+    lacking = lacked[k] = newton_step(body, hold, tolerance, k);
+    if (is_lost(body, lacking, affordable)) return false;
+    if (lacking <= affordable && lacking <= std::max(balanced * lacked_at_first_, 0.1 * affordable)) break;
+    if (k >= 4 && lacking > 0.5 * lacked[k - 2]) break;
   }
   solved_ = body.positions;
   return lacking <= affordable;
+}
+
+/// Where Newton steps do not come back from.
+bool ImplicitStep::is_lost(SoftBody& body, double lacking, double affordable) {
+  constexpr double too_far = 10.0;
+  if (lacked_at_first_ == 0.0) lacked_at_first_ = lacking;
+  const bool near = lacking <= std::max(too_far * lacked_at_first_, affordable);
+  if (near && is_finite(body.positions)) return false;
+  body.positions = solved_;
+  return true;
+}
+
+bool ImplicitStep::approach(SoftBody& body, const Hold& hold) {
+  constexpr double tolerance = 0.1;
+  const double lacking = newton_step(body, hold, tolerance, 0);
+  if (is_lost(body, lacking, 0.0)) return false;
+  solved_ = body.positions;
+  return true;
 }
 
 void ImplicitStep::solve(SoftBody& body) {
@@ -216,6 +234,7 @@ void ImplicitStep::solve(SoftBody& body) {
     newton_step(body, {{}, {}, nothing, 1}, 1e-3, 0);
   if (!body.has_pins) restore_momentum(body);
   solved_ = free_ = body.positions;
+  lacked_at_first_ = 0.0;
 }
 
 void ImplicitStep::release(SoftBody& body) {
@@ -223,8 +242,12 @@ void ImplicitStep::release(SoftBody& body) {
 }
 
 bool ImplicitStep::solve(SoftBody& body, std::span<const BlockedParticle> blocked,
-                         std::span<const Vec3> pushes, const CarrierSpace& carriers) {
-  const bool balanced = iterate(body, {blocked, pushes, carriers, most_steps}, 0.02, 0.02, energy_);
+                         std::span<const Vec3> pushes, const CarrierSpace& carriers, Balance balance) {
+  bool balanced = true;
+  if (balance == Balance::full)
+    balanced = iterate(body, {blocked, pushes, carriers, most_steps}, 0.02, 0.02, energy_);
+  else
+    balanced = approach(body, {blocked, pushes, carriers, 1});
   solver_.measure(body, body.positions);
   find_balance(body);
   return balanced;

@@ -29,9 +29,11 @@ class ImplicitStep {
   void solve(SoftBody& body);
   /// The same in contact: blocked particles stay where they are along what blocks them, but for how the
   /// bodies that carry them give way, and `pushes` (kg·m, one each) work along the rest. Takes Newton steps
-  /// until forces balance to a hundredth; false when a dozen do not.
+  /// until forces balance to a hundredth; false when a dozen do not, or would not. Roughly is one
+  /// step, enough to see which contacts hold.
+  enum class Balance { rough, full };
   bool solve(SoftBody& body, std::span<const BlockedParticle> blocked, std::span<const Vec3> pushes,
-             const CarrierSpace& carriers);
+             const CarrierSpace& carriers, Balance balance);
   /// What holds the blocked particles there, impulse times h (kg·m).
   std::span<const Vec3> reactions(std::span<const BlockedParticle> blocked);
   /// Back to where solve(body) has left it, without contacts.
@@ -56,6 +58,8 @@ class ImplicitStep {
   void move(SoftBody& body);
   double newton_step(SoftBody& body, const Hold& hold, double tolerance, int count);
   void give_way(const Hold& hold);
+  bool is_lost(SoftBody& body, double lacking, double affordable);
+  bool approach(SoftBody& body, const Hold& hold);
   bool iterate(SoftBody& body, const Hold& hold, double tolerance, double balanced, double energy);
   void restore_momentum(SoftBody& body);
 
@@ -63,6 +67,7 @@ class ImplicitStep {
   ImplicitScheme scheme_ = ImplicitScheme::euler;
   double h_ = 0.0;
   double energy_ = 0.0, internal_energy_ = 0.0;  ///< at the start, J; without the rigid motion
+  double lacked_at_first_ = 0.0;                 ///< of the forces in contact, in this substep
   RigidPart motion_;
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();
   Coordinates turned_, deformation_;  ///< x', h·R(d)

@@ -1,6 +1,7 @@
 #include "core/dynamics/saddle_preconditioner.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +9,7 @@
 #include "core/dynamics/lattice_box.h"
 #include "core/parallel/cancel_scope.h"
 #include "core/parallel/cancellable_sort.h"
+#include "core/parallel/parallel.h"
 
 namespace isochor {
 namespace {
@@ -55,13 +57,18 @@ Vec3 stiffness_of_mode(const MeanStiffness& m, const Vec3& cosines) {
   return (m.edge_axial * edges).array() + (m.mass + m.diagonal_axial / 3.0 * diagonals + isotropic);
 }
 
+/// In lanes, so that the loop is wide.
 ISOCHOR_MULTIVERSION double largest_of(const double* from, std::size_t size) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const double value = from[i] < 0.0 ? -from[i] : from[i];
-    largest = value > largest ? value : largest;
-  }
-  return largest;
+  constexpr std::size_t lanes = 8;
+  double largest[lanes] = {};
+  for (std::size_t i = 0; i + lanes <= size; i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const double value = std::abs(from[i + lane]);
+      largest[lane] = value > largest[lane] ? value : largest[lane];
+    }
+  for (std::size_t i = size / lanes * lanes; i < size; ++i)
+    largest[0] = std::max(largest[0], std::abs(from[i]));
+  return *std::max_element(largest, largest + lanes);
 }
 
 ISOCHOR_MULTIVERSION void narrow(const double* from, double factor, float* __restrict to, std::size_t size) {
@@ -101,7 +108,7 @@ BoxPreconditioner::BoxPreconditioner(const TetMesh& mesh) {
   }
   for (int axis = 0; axis < 3; ++axis) node_transforms_.emplace_back(of_nodes);
   cell_transform_.emplace_back(of_cells);
-  values_ = newton::AlignedArray<float>(node_transforms_[0].size());
+  for (auto& values : values_) values = newton::AlignedArray<float>(node_transforms_[0].size());
 }
 
 void BoxPreconditioner::prepare(const MeanStiffness& mean, double area) {
@@ -127,36 +134,40 @@ void BoxPreconditioner::prepare(const MeanStiffness& mean, double area) {
 }
 
 void BoxPreconditioner::apply(const BoxTransform& transform, const std::vector<std::int32_t>& slots,
-                              double scale, const double* from, double* to) {
+                              double scale, const double* from, double* to, float* values) const {
   const double largest = largest_of(from, slots.size());
   if (!(largest > 0.0) || !std::isfinite(largest)) {
     std::fill_n(to, slots.size(), 0.0);
     return;
   }
   if (fits_) {  // slots are 0, 1, 2, …
-    narrow(from, 1.0 / largest, values_.data(), slots.size());
-    transform.apply(values_.data());
-    widen(values_.data(), scale * largest, to, slots.size());
+    narrow(from, 1.0 / largest, values, slots.size());
+    transform.apply(values);
+    widen(values, scale * largest, to, slots.size());
     return;
   }
-  std::fill_n(values_.data(), transform.size(), 0.0F);
-  for (std::size_t i = 0; i < slots.size(); ++i) values_[slots[i]] = static_cast<float>(from[i] / largest);
-  transform.apply(values_.data());
-  for (std::size_t i = 0; i < slots.size(); ++i) to[i] = scale * largest * double{values_[slots[i]]};
+  std::fill_n(values, transform.size(), 0.0F);
+  for (std::size_t i = 0; i < slots.size(); ++i) values[slots[i]] = static_cast<float>(from[i] / largest);
+  transform.apply(values);
+  for (std::size_t i = 0; i < slots.size(); ++i) to[i] = scale * largest * double{values[slots[i]]};
 }
 
 void BoxPreconditioner::nodes(const Coordinates& from, Coordinates& to) {
-  apply(node_transforms_[0], node_slots_, node_scale_, from.x.data(), to.x.data());
-  apply(node_transforms_[1], node_slots_, node_scale_, from.y.data(), to.y.data());
-  apply(node_transforms_[2], node_slots_, node_scale_, from.z.data(), to.z.data());
+  const std::array<const double*, 3> sources{from.x.data(), from.y.data(), from.z.data()};
+  const std::array<double*, 3> targets{to.x.data(), to.y.data(), to.z.data()};
+  parallel_for(3, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (auto axis = static_cast<std::size_t>(begin); axis < static_cast<std::size_t>(end); ++axis)
+      apply(node_transforms_[axis], node_slots_, node_scale_, sources[axis], targets[axis],
+            values_[axis].data());
+  });
 }
 
 void BoxPreconditioner::cells(const std::vector<double>& from, std::vector<double>& to) {
-  apply(cell_transform_[0], cell_slots_, cell_scale_, from.data(), to.data());
+  apply(cell_transform_[0], cell_slots_, cell_scale_, from.data(), to.data(), values_[0].data());
 }
 
 std::int64_t BoxPreconditioner::bytes() const {
-  std::int64_t result = values_.bytes() + cell_transform_[0].bytes();
+  std::int64_t result = 3 * values_[0].bytes() + cell_transform_[0].bytes();
   for (const BoxTransform& transform : node_transforms_) result += transform.bytes();
   return result + static_cast<std::int64_t>((node_slots_.size() + cell_slots_.size()) * sizeof(std::int32_t));
 }

@@ -32,15 +32,15 @@ class BoxPreconditioner {
  private:
   explicit BoxPreconditioner(const TetMesh& mesh);
   void apply(const BoxTransform& transform, const std::vector<std::int32_t>& slots, double scale,
-             const double* from, double* to);
+             const double* from, double* to, float* values) const;
 
   bool fits_ = false;
   std::vector<std::int32_t> node_slots_, cell_slots_;
   std::array<std::vector<double>, 3> node_cosines_, cell_cosines_, eigenvalues_;
-  std::vector<BoxTransform> node_transforms_;   ///< of x, y and z
-  std::vector<BoxTransform> cell_transform_;    ///< one
-  double node_scale_ = 0.0, cell_scale_ = 0.0;  ///< float weights are relative to these
-  newton::AlignedArray<float> values_;
+  std::vector<BoxTransform> node_transforms_;          ///< of x, y and z
+  std::vector<BoxTransform> cell_transform_;           ///< one
+  double node_scale_ = 0.0, cell_scale_ = 0.0;         ///< float weights are relative to these
+  std::array<newton::AlignedArray<float>, 3> values_;  ///< an axis
 };
 
 }  // namespace isochor

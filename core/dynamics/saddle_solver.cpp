@@ -6,6 +6,7 @@
 
 #include "core/common/wide.h"
 #include "core/parallel/cancel_scope.h"
+#include "core/parallel/parallel.h"
 
 namespace isochor {
 namespace {
@@ -22,6 +23,39 @@ ISOCHOR_MULTIVERSION double weighted_dot(const double* w, const double* a, const
   for (const double s : sums) sum += s;
   for (; i < size; ++i) sum += w[i] * a[i] * b[i];
   return sum;
+}
+
+constexpr int together = 4;  ///< vectors of a basis, so that the one that they meet is read once for all
+using Together = std::array<const double*, together>;
+
+/// Σ w·a·b, one sum a vector b.
+ISOCHOR_MULTIVERSION void weighted_dots(const double* w, const double* a, const Together& b, std::size_t size,
+                                        double* sums) {
+  constexpr std::size_t block = 256;
+  double wa[block], parts[together][lanes] = {};
+  for (std::size_t begin = 0; begin < size; begin += block) {
+    const std::size_t count = std::min(block, size - begin), whole = count / lanes * lanes;
+    for (std::size_t i = 0; i < count; ++i) wa[i] = w[begin + i] * a[begin + i];
+    for (int k = 0; k < together; ++k) {
+      const double* with = b[k] + begin;
+      double* part = parts[k];
+      for (std::size_t i = 0; i < whole; i += lanes)
+        for (int lane = 0; lane < lanes; ++lane) part[lane] += wa[i + lane] * with[i + lane];
+      for (std::size_t i = whole; i < count; ++i) part[0] += wa[i] * with[i];
+    }
+  }
+  for (int k = 0; k < together; ++k) {
+    sums[k] = 0.0;
+    for (const double part : parts[k]) sums[k] += part;
+  }
+}
+
+/// a += Σ factor·b.
+ISOCHOR_MULTIVERSION void add_all(const std::array<double, together>& factors, const Together& b,
+                                  double* __restrict a, std::size_t size) {
+  const double *b0 = b[0], *b1 = b[1], *b2 = b[2], *b3 = b[3];
+  for (std::size_t i = 0; i < size; ++i)
+    a[i] += (factors[0] * b0[i] + factors[1] * b1[i]) + (factors[2] * b2[i] + factors[3] * b3[i]);
 }
 
 ISOCHOR_MULTIVERSION void axpy(double factor, const double* a, double* __restrict b, std::size_t size) {
@@ -103,11 +137,11 @@ ISOCHOR_MULTIVERSION void invert_blocks(double* xx, double* yy, double* zz, doub
   }
 }
 
-void axpy(double factor, const SaddleVector& a, SaddleVector& b) {
-  axpy(factor, a.nodes.x.data(), b.nodes.x.data(), a.nodes.size());
-  axpy(factor, a.nodes.y.data(), b.nodes.y.data(), a.nodes.size());
-  axpy(factor, a.nodes.z.data(), b.nodes.z.data(), a.nodes.size());
-  axpy(factor, a.cells.data(), b.cells.data(), a.cells.size());
+const double* array_of(const SaddleVector& v, int array) {
+  return (array == 0 ? v.nodes.x : array == 1 ? v.nodes.y : array == 2 ? v.nodes.z : v.cells).data();
+}
+double* array_of(SaddleVector& v, int array) {
+  return const_cast<double*>(array_of(std::as_const(v), array));
 }
 
 void scale(double factor, SaddleVector& a) {
@@ -138,6 +172,13 @@ SaddleSolver::SaddleSolver(const SoftBody& body)
   for (int i = 0; i <= cycle_; ++i) basis_.emplace_back(body.size(), rows_.size());
   for (int i = 0; i < cycle_; ++i) preconditioned_.emplace_back(body.size(), rows_.size());
   hessenberg_.resize(cycle_ + 1, cycle_);
+  constexpr std::size_t slice = 2048;
+  for (int array = 0; array < 4; ++array) {
+    const std::size_t size = array < 3 ? body.size() : rows_.size();
+    for (std::size_t begin = 0; begin < size; begin += slice)
+      slices_.push_back({array, begin, std::min(slice, size - begin)});
+  }
+  sums_.resize(slices_.size());
   for (auto* values : {&projected_, &cosines_, &sines_, &coefficients_}) values->resize(cycle_ + 1);
   // The box's inverses are those of equal cells: uneven masses are judged by trial, like other shapes.
   const auto [least, most] = std::ranges::minmax_element(body.masses);
@@ -303,6 +344,54 @@ double SaddleSolver::norm(const SoftBody& body, const SaddleVector& residual) {
   return std::sqrt(dot(residual_, residual_));
 }
 
+/// The sums of a slice apart, added in their order, so that threads do not show.
+template <class Body>
+void SaddleSolver::for_slices(const Body& body) const {
+  parallel_for(std::ssize(slices_), 1, [&](std::int64_t begin, std::int64_t end) {
+    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s)
+      body(s, slices_[s]);
+  });
+}
+
+void SaddleSolver::add_combination(const double* factors, const std::vector<SaddleVector>& vectors, int count,
+                                   SaddleVector& to) const {
+  for_slices([&](std::size_t, const Slice& slice) {
+    for (int first = 0; first < count; first += together) {
+      std::array<double, together> used{};
+      Together from;
+      for (int k = 0; k < together; ++k) {
+        const bool is_there = first + k < count;
+        if (is_there) used[k] = factors[first + k];
+        from[k] = array_of(vectors[is_there ? first + k : first], slice.array) + slice.begin;
+      }
+      add_all(used, from, array_of(to, slice.array) + slice.begin, slice.size);
+    }
+  });
+}
+
+/// Takes from `next` its parts along the basis, four at a time: modified Gram–Schmidt by blocks.
+void SaddleSolver::orthogonalize(int count, SaddleVector& next, double* parts) {
+  for (int first = 0; first < count; first += together) {
+    std::array<const SaddleVector*, together> with;
+    for (int k = 0; k < together; ++k) with[k] = &basis_[first + k < count ? first + k : first];
+    for_slices([&](std::size_t s, const Slice& slice) {
+      Together b;
+      for (int k = 0; k < together; ++k) b[k] = array_of(*with[k], slice.array) + slice.begin;
+      const double* w = (slice.array < 3 ? weights_.nodes.x : weights_.cells).data() + slice.begin;
+      weighted_dots(w, array_of(next, slice.array) + slice.begin, b, slice.size, sums_[s].data());
+    });
+    std::array<double, together> taken{};
+    for (const auto& sum : sums_)
+      for (int k = 0; k < together && first + k < count; ++k) taken[k] -= sum[k];
+    for_slices([&](std::size_t, const Slice& slice) {
+      Together b;
+      for (int k = 0; k < together; ++k) b[k] = array_of(*with[k], slice.array) + slice.begin;
+      add_all(taken, b, array_of(next, slice.array) + slice.begin, slice.size);
+    });
+    for (int k = 0; k < together && first + k < count; ++k) parts[first + k] = -taken[k];
+  }
+}
+
 void SaddleSolver::choose_preconditioner(const SoftBody& body, const SaddleVector& right_side) {
   chosen_ = true;
   constexpr double tolerance = 1e-3, cost_of_box = 1.5;
@@ -345,10 +434,7 @@ int SaddleSolver::run_cycle(const SoftBody& body, double length, double goal, in
   for (; j < most && std::abs(left[j]) > goal; ++j) {
     SaddleVector& next = basis[j + 1];
     apply(body, basis[j], preconditioned_[j], next);
-    for (int i = 0; i <= j; ++i) {
-      h(i, j) = dot(next, basis[i]);
-      axpy(-h(i, j), basis[i], next);
-    }
+    orthogonalize(j + 1, next, h.col(j).data());
     const double norm_of_next = std::sqrt(dot(next, next));
     if (!std::isfinite(norm_of_next)) break;
     for (int i = 0; i < j; ++i) {
@@ -370,13 +456,14 @@ int SaddleSolver::run_cycle(const SoftBody& body, double length, double goal, in
   Eigen::VectorXd& y = coefficients_;
   y.head(j) = left.head(j);
   h.topLeftCorner(j, j).triangularView<Eigen::Upper>().solveInPlace(y.head(j));
-  for (int i = 0; i < j; ++i) axpy(y[i], preconditioned_[i], solution);
+  add_combination(y.data(), preconditioned_, j, solution);
   double factor = left[j];
   set_zero(residual_);
   for (int i = j; i >= 0; --i) {
-    axpy(i == 0 ? factor : factor * cosines[i - 1], basis[i], residual_);
+    y[i] = i == 0 ? factor : factor * cosines[i - 1];
     if (i > 0) factor *= -sines[i - 1];
   }
+  add_combination(y.data(), basis, j + 1, residual_);
   return j;
 }
 

@@ -66,6 +66,16 @@ class SaddleSolver {
   int run_cycle(const SoftBody& body, double length, double goal, int most, SaddleVector& solution);
   double round_off(const SoftBody& body) const;
   double dot(const SaddleVector& a, const SaddleVector& b) const;
+  /// A part of one of a SaddleVector's arrays.
+  struct Slice {
+    int array;
+    std::size_t begin, size;
+  };
+  template <class Body>
+  void for_slices(const Body& body) const;
+  void add_combination(const double* factors, const std::vector<SaddleVector>& vectors, int count,
+                       SaddleVector& to) const;
+  void orthogonalize(int count, SaddleVector& next, double* parts);
   void choose_preconditioner(const SoftBody& body, const SaddleVector& right_side);
 
   SpringTangent tangent_;
@@ -82,6 +92,8 @@ class SaddleSolver {
   SaddleVector residual_;
   Coordinates rigid_;
   std::vector<double> divergence_;  ///< J·u of the last preconditioned vector
+  std::vector<Slice> slices_;
+  std::vector<std::array<double, 4>> sums_;  ///< a slice
   int cycle_ = 0;
   std::vector<SaddleVector> basis_, preconditioned_;
   Eigen::MatrixXd hessenberg_;

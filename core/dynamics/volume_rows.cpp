@@ -17,7 +17,7 @@ struct Entries {
 };
 
 constexpr int block = 32;
-constexpr std::int64_t cells_a_chunk = 2048;
+constexpr std::int64_t cells_a_chunk = 2048, runs_a_chunk = 128;
 
 ISOCHOR_MULTIVERSION void run_products(std::span<const CellRun> runs, const Entries& entries,
                                        const std::array<const double*, 3>& v, double* product) {
@@ -105,7 +105,10 @@ void VolumeRows::measure(const TetMesh& mesh, const Coordinates& positions) {
 void VolumeRows::multiply(const Coordinates& v, std::vector<double>& product) const {
   Entries entries;
   for (int e = 0; e < 24; ++e) entries.value[e] = entries_[e].data();
-  run_products(runs_, entries, {v.x.data(), v.y.data(), v.z.data()}, product.data());
+  parallel_for(std::ssize(runs_), runs_a_chunk, [&](std::int64_t begin, std::int64_t end) {
+    run_products(std::span(runs_).subspan(begin, end - begin), entries, {v.x.data(), v.y.data(), v.z.data()},
+                 product.data());
+  });
 }
 
 void VolumeRows::add_transposed(const std::vector<double>& multipliers, double factor,

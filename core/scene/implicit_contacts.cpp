@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "core/scene/detect_contacts.h"
 #include "core/scene/substep.h"
 
@@ -11,6 +13,10 @@ bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
   ParticleContacts& contacts = *soft.contacts;
   PhaseList& phases = step.world.phases;
   const ComplianceOf compliance_of = [&](int source) { return step.world.rigid.compliance(source); };
+  using enum ImplicitStep::Balance;
+  // Bodies with a mass answer to every round, and keep what a rough one was off by.
+  ImplicitStep::Balance while_judging = step.world.massive.empty() ? rough : full, balance = full;
+  std::size_t blocked_last = 0, blocked_before = 0;
   for (int round = 0; round < most_rounds; ++round) {
     bool changed = false;
     phases.run(Phase::contacts, [&] {
@@ -19,11 +25,16 @@ bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
       changed |= detect_contacts(body, step.world.rigid, step.h, contacts);
       if (changed) contacts.place(body);
     });
-    if (!changed) return true;
+    if (!changed && balance == full) return true;
+    const std::size_t blocked = contacts.blocked().size();
+    // What comes and goes presses by less than a rough solve is off.
+    if (round > 1 && blocked == blocked_before && blocked != blocked_last) while_judging = full;
+    blocked_before = std::exchange(blocked_last, blocked);
+    balance = changed && round + 1 < most_rounds ? while_judging : full;
     bool balanced = false;
     phases.run(stepping_phase(soft), [&] {
       const CarrierSpace& carriers = contacts.yielding(body, compliance_of);
-      balanced = soft.implicit->solve(body, contacts.blocked(), contacts.frictions(), carriers);
+      balanced = soft.implicit->solve(body, contacts.blocked(), contacts.frictions(), carriers, balance);
       contacts.set_reactions(body, soft.implicit->reactions(contacts.blocked()));
     });
     if (!balanced) return false;
