@@ -10,6 +10,12 @@ const small = {width: 1160, height: 640};
 const time = async page => Number.parseFloat(await page.locator('.transport .time').textContent());
 const play = page => page.getByRole('button', {name: 'Play (Space)'}).click();
 const pause = page => page.getByRole('button', {name: 'Pause (Space)'}).click();
+/// Until what was on its way as the pause was asked for is drawn.
+const at_rest = async page => {
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  let last = null;
+  await eventually(() => time(page), t => t === last || ((last = t), false), 'the last frame');
+};
 const played_to = (page, seconds) => eventually(() => time(page), t => t >= seconds, `played to ${seconds} s`);
 
 test('play, pause, step, restart and scrub', async () => {
@@ -235,6 +241,7 @@ test('the body is dragged by the mouse and by keys', async () => {
   const grabs = [];
   page.on('request', request => request.url().includes('/grabs/') && grabs.push(request.method()));
   await pause(page);
+  await at_rest(page);
   const held = await body_under_mouse(page);
   const before_drag = await look(page);
   await page.mouse.down();
