@@ -91,6 +91,7 @@ std::vector<std::size_t> revealing_order(std::span<const CostPlace> places) {
   const auto sum = [&](std::size_t i) { return sum_of_axes(places[i]); };
 
   std::vector<std::size_t> order;
+  order.reserve(places.size() + groups.size() * (2 + CostPlace().axes.size()));
   for (const auto& [kind, group] : groups) order.push_back(*std::ranges::min_element(group, {}, sum));
   for (const auto& [kind, group] : groups)
     for (std::size_t axis = 0; axis < CostPlace().axes.size(); ++axis)
