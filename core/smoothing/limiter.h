@@ -31,9 +31,8 @@ class MoveLimiter {
   }
 
   const BoundaryGraph& graph_;
-  std::vector<Tet> tets_;  ///< those with a boundary vertex
-  std::vector<std::int32_t> first_,
-      tets_of_;  ///< tets of boundary vertex v: tets_of_[first_[v], first_[v+1])
+  std::vector<Tet> tets_;                      ///< those with a boundary vertex
+  std::vector<std::int32_t> first_, tets_of_;  ///< see tets_of()
   double max_cosine_, min_volume_;
   std::vector<double> share_;                ///< of the move, a boundary vertex
   std::vector<std::uint8_t> limited_;        ///< a boundary vertex

@@ -16,6 +16,16 @@ const at_rest = async page => {
   let last = null;
   await eventually(() => time(page), t => t === last || ((last = t), false), 'the last frame');
 };
+/// Scenes are compiled only once the function that it returns is called.
+const hold_compiling = async page => {
+  let go_on;
+  const held = new Promise(resolve => go_on = resolve);
+  await page.route('**/api/v1/simulations?*', async route => {
+    await held;
+    await route.continue();
+  });
+  return go_on;
+};
 const played_to = (page, seconds) => eventually(() => time(page), t => t >= seconds, `played to ${seconds} s`);
 
 test('play, pause, step, restart and scrub', async () => {
@@ -39,12 +49,7 @@ test('play, pause, step, restart and scrub', async () => {
 
 test('while a scene is compiled to be played, Play stands as pressed, the model stays in view, and it can be taken back', async () => {
   const page = await suite.open(small);
-  let go_on;
-  const held = new Promise(resolve => go_on = resolve);
-  await page.route('**/api/v1/simulations?*', async route => {
-    await held;
-    await route.continue();
-  });
+  const go_on = await hold_compiling(page);
   await play(page);
   await page.locator('.transport .time').filter({hasText: 'compiling…'}).waitFor();
   assert.equal(await page.locator('.play').getAttribute('aria-label'), 'Pause (Space)');
@@ -61,12 +66,7 @@ test('while a scene is compiled to be played, Play stands as pressed, the model 
 
 test('the layer of the simulation turned on and off again while it is compiled leaves the view as it was', async () => {
   const page = await suite.open(small);
-  let go_on;
-  const held = new Promise(resolve => go_on = resolve);
-  await page.route('**/api/v1/simulations?*', async route => {
-    await held;
-    await route.continue();
-  });
+  const go_on = await hold_compiling(page);
   const tets = page.getByRole('button', {name: 'Tets', exact: true});
   await page.getByRole('button', {name: 'Sim', exact: true}).click();
   await page.locator('.transport .time').filter({hasText: 'compiling…'}).waitFor();
