@@ -79,33 +79,36 @@ async function replay({file, generation}) {
 
 /// A recording is the stream itself, every frame of it, with the bodies in its first line.
 async function record({url, headers}) {
-  const abort = new AbortController();
-  const chunks = [];
-  recording = {abort, chunks};
+  const made = recording = {abort: new AbortController(), lines: [], seq: -1, until: Infinity};
   try {
-    const response = await fetch(url, {headers, signal: abort.signal, cache: 'no-store'});
-    for await (const chunk of response.body) chunks.push(chunk);
+    const response = await fetch(url, {headers, signal: made.abort.signal, cache: 'no-store'});
+    if (!response.ok) throw await response.json().catch(() => ({title: response.statusText, status: response.status}));
+    await read_lines(response.body, text => keep_line(made, text));
   } catch (error) {
-    if (error.name !== 'AbortError') self.postMessage({recording_failed: error.message});
+    if (!(error instanceof Error)) made.problem = error;
   }
+  made.closed = true;
+  finish_recording(made);
 }
 
-function end_recording() {
-  const {abort, chunks} = recording;
+function keep_line(made, text) {
+  made.lines.push(`${text}\n`);
+  const {type, seq} = JSON.parse(text);
+  if (type === 'frame') made.seq = seq;
+  finish_recording(made);
+}
+
+/// Up to frame `until`, which may be on its way still.
+function end_recording({until}) {
+  recording.until = until;
+  finish_recording(recording);
+}
+
+function finish_recording(made) {
+  if (made !== recording || made.until === Infinity || made.seq < made.until && !made.closed) return;
   recording = null;
-  abort.abort();
-  self.postMessage({recorded: new Blob(trim_to_line(chunks), {type: 'application/x-ndjson'})});
-}
-
-/// The last line may have arrived in part.
-function trim_to_line(chunks) {
-  const kept = [...chunks];
-  while (kept.length) {
-    const end = kept.at(-1).lastIndexOf(10) + 1;
-    if (end > 0) return [...kept.slice(0, -1), kept.at(-1).subarray(0, end)];
-    kept.pop();
-  }
-  return kept;
+  made.abort.abort();
+  self.postMessage({recorded: new Blob(made.lines, {type: 'application/x-ndjson'}), problem: made.problem});
 }
 
 const tasks = {follow, replay, record, end_recording, close: () => reading?.abort()};

@@ -83,7 +83,7 @@ export class Simulation extends EventTarget {
   }
 
   async receive(data) {
-    if (data.recorded) return this.finish_recording?.(data.recorded);
+    if (data.recorded) return this.finish_recording(data);
     if (data.generation !== this.generation) return;
     if (data.closed) return this.opening.then(() => this.closed(data.problem, data.generation));
     if (data.replayed) return this.set_state('recording');
@@ -164,12 +164,15 @@ export class Simulation extends EventTarget {
     this.tell('state');
   }
 
+  /// The file: from the frame that was shown at its start to the last one that has come.
   async stop_recording() {
     this.recording = false;
-    const file = new Promise(resolve => this.finish_recording = resolve);
-    this.worker.postMessage({task: 'end_recording'});
+    const finished = new Promise(resolve => this.finish_recording = resolve);
+    this.worker.postMessage({task: 'end_recording', until: this.buffer.last?.seq ?? -1});
     this.tell('state');
-    return file;
+    const {recorded, problem} = await finished;
+    if (problem) throw problem;
+    return recorded;
   }
 
   /// Ends the run, unless another is to take it over.
