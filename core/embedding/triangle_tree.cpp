@@ -57,20 +57,37 @@ ISOCHOR_MULTIVERSION void eight_box_distances(const double (*min)[8], const doub
   }
 }
 
-struct Edge {
-  double squared_distance;
-  double side;  ///< of the point's projection, times the squared normal; not negative towards the triangle
-};
+/// Rows of a leaf: a corner a, the frame of the triangle (u along its longest edge, from a to b, v in its
+/// plane, towards c), the corners b = (length, 0) and c there, and 1 / squared length of bc and ca.
+enum Row { ax, ay, az, ux, uy, uz, vx, vy, vz, length, cu, cv, inverse_bc, inverse_ca, rows };
 
-/// Distance to the edge from a along e, r = p − a, n the triangle's normal.
-inline Edge edge_distance(const double* e, const double* r, const double* n) {
-  const double length2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
-  const double along = e[0] * r[0] + e[1] * r[1] + e[2] * r[2];
-  const double t = std::min(1.0, std::max(0.0, along / (length2 > 0.0 ? length2 : 1.0)));
-  const double qx = r[0] - t * e[0], qy = r[1] - t * e[1], qz = r[2] - t * e[2];
-  const double side = (n[1] * e[2] - n[2] * e[1]) * r[0] + (n[2] * e[0] - n[0] * e[2]) * r[1] +
-                      (n[0] * e[1] - n[1] * e[0]) * r[2];
-  return {qx * qx + qy * qy + qz * qz, side};
+/// Writes the rows of a triangle. One without area lies along u with c between a and b.
+void set_lane(const std::array<Vec3, 3>& corners, int lane, double (*x)[8]) {
+  const auto edge = [&](int k) -> Vec3 { return corners[(k + 1) % 3] - corners[k]; };
+  int k = 0;
+  for (int other : {1, 2})
+    if (edge(other).squaredNorm() > edge(k).squaredNorm()) k = other;
+  const Vec3 ab = edge(k), ac = -edge((k + 2) % 3);
+  const double longest = ab.norm();
+  const Vec3 u = longest > 0.0 ? Vec3(ab / longest) : Vec3::UnitX();
+  const Vec3 across = ac - ac.dot(u) * u;
+  const bool has_area = across.norm() > 1e-14 * longest;
+  const Vec3 rough = has_area ? across.normalized() : u.unitOrthogonal();
+  const Vec3 v = (rough - rough.dot(u) * u).normalized();  // of a sliver, the first time leaves round-off
+  const double c_u = ac.dot(u), c_v = std::max(0.0, ac.dot(v));
+  const auto inverse = [](double squared) { return squared > 0.0 ? 1.0 / squared : 0.0; };
+  const Vec3& a = corners[k];
+  const double bc2 = (c_u - longest) * (c_u - longest) + c_v * c_v, ca2 = c_u * c_u + c_v * c_v;
+  const double values[rows] = {a.x(), a.y(), a.z(),   u.x(), u.y(), u.z(),        v.x(),
+                               v.y(), v.z(), longest, c_u,   c_v,   inverse(bc2), inverse(ca2)};
+  for (int row = 0; row < rows; ++row) x[row][lane] = values[row];
+}
+
+/// In the triangle's frame: squared distance from (x, y) after the foot on the edge e from the origin.
+inline double edge_distance(double x, double y, double eu, double ev, double inverse) {
+  const double t = std::min(1.0, std::max(0.0, (x * eu + y * ev) * inverse));
+  const double qx = x - t * eu, qy = y - t * ev;
+  return qx * qx + qy * qy;
 }
 
 // Without branches, so that the loop over the lanes becomes wide: the nearest edge, or the plane where the
@@ -78,19 +95,20 @@ inline Edge edge_distance(const double* e, const double* r, const double* n) {
 ISOCHOR_MULTIVERSION void eight_distances(const double (*x)[8], const Vec3& p, double* out) {
   const double px = p.x(), py = p.y(), pz = p.z();
   for (int l = 0; l < 8; ++l) {
-    const double a[3]{px - x[0][l], py - x[1][l], pz - x[2][l]},
-        b[3]{px - x[3][l], py - x[4][l], pz - x[5][l]}, c[3]{px - x[6][l], py - x[7][l], pz - x[8][l]};
-    const double ab[3]{a[0] - b[0], a[1] - b[1], a[2] - b[2]}, bc[3]{b[0] - c[0], b[1] - c[1], b[2] - c[2]},
-        ca[3]{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-    const double n[3]{ab[1] * bc[2] - ab[2] * bc[1], ab[2] * bc[0] - ab[0] * bc[2],
-                      ab[0] * bc[1] - ab[1] * bc[0]};
-    const Edge e0 = edge_distance(ab, a, n), e1 = edge_distance(bc, b, n), e2 = edge_distance(ca, c, n);
-    const double edges = std::min(e0.squared_distance, std::min(e1.squared_distance, e2.squared_distance));
-    const double area2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    const double height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
-    const double plane = height * height / (area2 > 0.0 ? area2 : 1.0);
-    const double least_side = std::min(e0.side, std::min(e1.side, e2.side));
-    out[l] = ((least_side >= 0.0) & (area2 > 0.0)) ? std::min(plane, edges) : edges;
+    const double r[3]{px - x[ax][l], py - x[ay][l], pz - x[az][l]};
+    const double u[3]{x[ux][l], x[uy][l], x[uz][l]}, v[3]{x[vx][l], x[vy][l], x[vz][l]};
+    const double pu = r[0] * u[0] + r[1] * u[1] + r[2] * u[2];
+    const double pv = r[0] * v[0] + r[1] * v[1] + r[2] * v[2];
+    const double height = r[0] * (u[1] * v[2] - u[2] * v[1]) + r[1] * (u[2] * v[0] - u[0] * v[2]) +
+                          r[2] * (u[0] * v[1] - u[1] * v[0]);
+    const double b = x[length][l], c_u = x[cu][l], c_v = x[cv][l], bc = c_u - b;
+    const double off_ab = pu - std::min(b, std::max(0.0, pu));
+    const double ab_distance = off_ab * off_ab + pv * pv;
+    const double bc_distance = edge_distance(pu - b, pv, bc, c_v, x[inverse_bc][l]);
+    const double ca_distance = edge_distance(pu, pv, c_u, c_v, x[inverse_ca][l]);
+    const double edges = std::min(ab_distance, std::min(bc_distance, ca_distance));
+    const double least_side = std::min(pv, std::min(bc * pv - c_v * (pu - b), c_v * pu - c_u * pv));
+    out[l] = height * height + (least_side > 0.0 ? 0.0 : edges);
   }
 }
 
@@ -98,63 +116,58 @@ ISOCHOR_MULTIVERSION void eight_distances(const double (*x)[8], const Vec3& p, d
 
 TriangleTree::TriangleTree(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
-  add_leaves(positions, triangles);
-  add_parents();
+  std::vector<Box> boxes = add_leaves(positions, triangles);
+  std::int32_t first = 0;  // of the children
+  do {
+    const auto parents = static_cast<std::int32_t>(nodes_.size());
+    boxes = add_parents(boxes, first);
+    first = parents;
+    if (leaf_parents_ == 0) leaf_parents_ = static_cast<std::int32_t>(nodes_.size());
+  } while (boxes.size() > 1);
 }
 
-void TriangleTree::add_leaves(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+/// Returns the leaves' boxes.
+std::vector<Box> TriangleTree::add_leaves(std::span<const Vec3> positions,
+                                          std::span<const Triangle> triangles) {
   const std::vector<std::int32_t> order = morton_order(positions, triangles);
   const auto count = static_cast<std::int32_t>(order.size());
+  static_assert(sizeof(Leaf::x) == rows * lanes * sizeof(double));
   leaves_.resize((count + lanes - 1) / lanes);
   place_.resize(count);
+  std::vector<Box> boxes(leaves_.size());
   parallel_for(static_cast<std::int64_t>(leaves_.size()), 512, [&](std::int64_t begin, std::int64_t end) {
     for (auto n = begin; n < end; ++n)
       for (int l = 0; l < lanes; ++l) {
         const auto at = static_cast<std::int32_t>(n * lanes + l);
         const std::int32_t t = order[at < count ? at : n * lanes];
+        const auto& [i, j, k] = triangles[t];
         leaves_[n].triangle[l] = t;
-        for (int i = 0; i < 9; ++i) leaves_[n].x[i][l] = positions[triangles[t][i / 3]][i % 3];
+        set_lane({positions[i], positions[j], positions[k]}, l, leaves_[n].x);
+        for (const std::int32_t v : triangles[t]) boxes[n].extend(positions[v]);
         if (at < count) place_[t] = at;
       }
   });
+  return boxes;
 }
 
-void TriangleTree::add_parents() {
+/// Of children with these boxes, the first of which has this index. Returns the new nodes' boxes.
+std::vector<Box> TriangleTree::add_parents(std::span<const Box> children, std::int32_t first) {
   constexpr double far = 1e300;
-  const auto add_level = [&](std::int32_t first, std::int32_t count, auto&& bound) {
-    for (std::int32_t child = 0; child < count; ++child) {
-      if (child % lanes == 0) {
-        Node& node = nodes_.emplace_back();
-        for (int axis = 0; axis < 3; ++axis)
-          std::fill_n(node.min[axis], lanes, far), std::fill_n(node.max[axis], lanes, far);
-        node.first = first + child;
-      }
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto [min, max] = bound(first + child, axis);
-        nodes_.back().min[axis][child % lanes] = min, nodes_.back().max[axis][child % lanes] = max;
-      }
+  std::vector<Box> boxes;
+  for (std::size_t child = 0; child < children.size(); ++child) {
+    const int l = static_cast<int>(child % lanes);
+    if (l == 0) {
+      Node& node = nodes_.emplace_back();
+      std::fill_n(&node.min[0][0], 3 * lanes, far), std::fill_n(&node.max[0][0], 3 * lanes, far);
+      node.first = first + static_cast<std::int32_t>(child);
+      boxes.emplace_back();
     }
-  };
-  add_level(0, static_cast<std::int32_t>(leaves_.size()), [&](std::int32_t leaf, int axis) {
-    double min = far, max = -far;
-    for (int corner = axis; corner < 9; corner += 3)
-      for (const double x : leaves_[leaf].x[corner]) min = std::min(min, x), max = std::max(max, x);
-    return std::pair(min, max);
-  });
-  leaf_parents_ = static_cast<std::int32_t>(nodes_.size());
-  std::int32_t first = 0;
-  for (std::int32_t count = leaf_parents_; count > 1;
-       count = static_cast<std::int32_t>(nodes_.size()) - first) {
-    const std::int32_t children = first;
-    first = static_cast<std::int32_t>(nodes_.size());
-    add_level(children, count, [&](std::int32_t child, int axis) {
-      const Node& node = nodes_[child];
-      double min = far, max = -far;
-      for (int l = 0; l < lanes && node.min[axis][l] < far; ++l)
-        min = std::min(min, node.min[axis][l]), max = std::max(max, node.max[axis][l]);
-      return std::pair(min, max);
-    });
+    const Box& box = children[child];
+    for (int axis = 0; axis < 3; ++axis)
+      nodes_.back().min[axis][l] = box.min[axis], nodes_.back().max[axis][l] = box.max[axis];
+    boxes.back().extend(box.min), boxes.back().extend(box.max);
   }
+  return boxes;
 }
 
 void TriangleTree::improve(Nearest& best, std::int32_t leaf, const Vec3& p) const {

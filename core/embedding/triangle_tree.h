@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "core/common/types.h"
+#include "core/mesh_input/triangle_soup.h"
 
 namespace isochor {
 
-/// Closest triangle of a set, by a tree of boxes in Morton order, eight children a node. Keeps copies of the
-/// corners.
+/// Closest triangle of a set, by a tree of boxes in Morton order, eight children a node. Refers to
+/// neither afterwards.
 class TriangleTree {
  public:
   TriangleTree(std::span<const Vec3> positions, std::span<const Triangle> triangles);
@@ -27,13 +28,13 @@ class TriangleTree {
     double min[3][lanes], max[3][lanes];
     std::int32_t first;  ///< of the children: nodes, or leaves below leaf_parents_
   };
-  /// Corners of up to eight triangles, a coordinate a row; spare lanes repeat the first.
+  /// Up to eight triangles, each in a frame of its own (rows in the source); spare lanes repeat the first.
   struct Leaf {
-    double x[9][lanes];
+    double x[14][lanes];
     std::int32_t triangle[lanes];
   };
-  void add_leaves(std::span<const Vec3> positions, std::span<const Triangle> triangles);
-  void add_parents();
+  std::vector<Box> add_leaves(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+  std::vector<Box> add_parents(std::span<const Box> children, std::int32_t first);
   void improve(Nearest& best, std::int32_t leaf, const Vec3& p) const;
 
   std::vector<Node> nodes_;  ///< from the leaves' parents up to the root
