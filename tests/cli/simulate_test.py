@@ -131,9 +131,10 @@ class SimulateFailures(ProgramTest):
         for suffix in ("ndjson", "mdd"):
             child = subprocess.Popen([PROGRAM, "simulate", str(path), "-o", str(self.folder / f"out.{suffix}")],
                                      stderr=subprocess.PIPE)
-            time.sleep(1.0 * SLOWNESS)
+            child.stderr.readline()  # until it has begun
+            time.sleep(0.5)
             child.send_signal(signal.SIGINT)
-            self.assertIn(b"cancelled", child.communicate(timeout=60 * SLOWNESS)[1])
+            self.assertIn(b"cancelled", child.communicate(timeout=120 * SLOWNESS)[1])
             self.assertEqual(child.returncode, 130)
             self.assert_files("scene.json")
 

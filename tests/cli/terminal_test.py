@@ -53,7 +53,7 @@ class Interrupt(ProgramTest):
         child.stderr.readline()  # until it has begun
         time.sleep(after)
         child.send_signal(signal_number)
-        out, error = child.communicate(timeout=60 * SLOWNESS)
+        out, error = child.communicate(timeout=120 * SLOWNESS)
         return child.returncode, out, error
 
     def test_cancels_cleanly(self):
@@ -113,24 +113,28 @@ class Documentation(ProgramTest):
                                  cwd=self.folder, env={"TERM": "dumb", "PATH": os.environ["PATH"], "LC_ALL": "C.UTF-8"})
         os.close(side)
 
-        def complete(line, *expected):
-            """What stands on the terminal after a tab, once all of that is there."""
-            os.write(main, line.encode() + b"\t")
-            shown, end = b"", time.monotonic() + 20
+        def await_shown(*expected):
+            shown, end = b"", time.monotonic() + 120 * SLOWNESS
             while not all(text in shown for text in expected) and time.monotonic() < end:
                 if select.select([main], [], [], 0.2)[0]:
                     shown += os.read(main, 65536)
             for text in expected:
                 self.assertIn(text, shown)
+
+        def complete(line, *expected):
+            """All of that stands on the terminal after a tab."""
+            os.write(main, line.encode() + b"\t")
+            await_shown(*expected)
             os.write(main, b"\x15")  # Ctrl-U
 
-        os.write(main, b"PROMPT='> '; fpath=($PWD $fpath); autoload -U compinit; compinit -u -D\n")
+        os.write(main, b"PROMPT='> '; fpath=($PWD $fpath); autoload -U compinit; compinit -u -D; print ready $((1 + 1))\n")
+        await_shown(b"ready 2")
         complete("isochor me", b"isochor mesh ")
         complete("isochor mesh --smoothing-i", b"--smoothing-iterations")
         complete("isochor simulate --en", b"--encoding")
         complete("isochor ", b"formats", b"simulate", b"serve")
         os.write(main, b"exit\n")
-        shell.wait(timeout=20)
+        shell.wait(timeout=120 * SLOWNESS)
         os.close(main)
         os.remove(self.folder / "_isochor")
 

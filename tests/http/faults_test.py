@@ -33,8 +33,8 @@ class Saves(Folder):
     def test_a_file_is_whole_or_the_old_one_wherever_the_program_is_killed(self):
         out = self.folder / "cube.msh"
         self.mesh(out).communicate()
-        whole, chance, seen = out.read_bytes(), random.Random(1), set()
-        for _ in range(50):
+        whole, chance, seen = out.read_bytes(), random.Random(1), []
+        while len(seen) < 50 or all(seen):  # until a kill has met a save
             out.write_bytes(b"old")
             child = self.mesh(out)
             while child.poll() is None and not list(self.folder.glob(".*.tmp")):
@@ -44,11 +44,10 @@ class Saves(Folder):
             child.communicate()
             content = out.read_bytes()
             self.assertIn(content, (b"old", whole))
-            seen.add(content == whole)
+            seen.append(content == whole)
             for beside in self.folder.glob(".*.tmp"):
                 beside.unlink()
             self.assertEqual(os.listdir(self.folder), [out.name])
-        self.assertIn(False, seen, "no kill met a save")
 
     def limited(self, most_bytes):
         return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
@@ -118,7 +117,7 @@ class Ends(unittest.TestCase):
     def test_a_second_instance_on_the_port_says_so(self):
         with Serving() as server:
             second = subprocess.run([PROGRAM, "serve", "--port", str(server.port)], capture_output=True,
-                                    timeout=20 * SLOWNESS)
+                                    timeout=120 * SLOWNESS)
             self.assertEqual(second.returncode, 8)
             self.assertIn(b"in use", second.stderr)
             self.assertEqual(server.get("/health"), {"status": "ok"})
@@ -158,7 +157,7 @@ class Peers(unittest.TestCase):
             if i % 2:  # a reset, as of a process that was killed
                 peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
             peer.close()
-        eventually(lambda: server.get(path)["viewers"], lambda n: n == 0, "viewers", patience=2.0)
+        eventually(lambda: server.get(path)["viewers"], lambda n: n == 0, "viewers")
         eventually(server.descriptors, lambda n: n <= descriptors, "descriptors")
         self.assertEqual(server.threads(), threads)
         seq = server.get(path)["seq"]
@@ -199,7 +198,7 @@ class Memory(Folder):
     def start_failing(self, pid, probability):
         subprocess.run(["fiu-ctrl", "-f", str(self.folder / "fiu"), "-c",
                         f"enable_random name=libc/mm/malloc,probability={probability}", str(pid)],
-                       check=True, timeout=20)
+                       check=True, timeout=120)
 
     def launcher(self):
         return ["fiu-run", "-x", "-f", str(self.folder / "fiu")]
@@ -211,7 +210,7 @@ class Memory(Folder):
                                       "--cells", "6", "-o", str(out)], stdin=subprocess.PIPE, stderr=subprocess.PIPE)
             eventually(lambda: list(self.folder.glob("fiu-*.in")), bool, "the control pipe")
             self.start_failing(child.pid, 10.0 ** -(2 + i % 4))  # it waits for its input
-            error = child.communicate(CUBE.read_bytes(), timeout=60)[1]
+            error = child.communicate(CUBE.read_bytes(), timeout=120)[1]
             self.assertIn(child.returncode, (0, 7), error[-500:])
             self.assertEqual(out.exists(), child.returncode == 0)
             self.assertEqual(list(self.folder.glob(".*.tmp")), [])
@@ -224,7 +223,7 @@ class Memory(Folder):
             out = self.folder / "out.msh"
             limit = (most_mib << 20, most_mib << 20)
             done = subprocess.run([PROGRAM, "mesh", str(CUBE), "--threads", "1", "--voxels", "256", "--cells", "16", "-o",
-                                   str(out)], capture_output=True, timeout=60,
+                                   str(out)], capture_output=True, timeout=120,
                                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, limit))
             ends.append(done.returncode)
             self.assertIn(done.returncode, (0, 7), (most_mib, done.stderr[-500:]))
@@ -259,14 +258,15 @@ class Memory(Folder):
             wish = {"mesh_id": mesh, "params": {"voxels": 256, "cells": 64}}
             limits = resource.prlimit(server.pid, resource.RLIMIT_AS)
             resource.prlimit(server.pid, resource.RLIMIT_AS, (server.status_field("VmSize") * 1024 + (8 << 20), limits[1]))
-            status, job = server.request("POST", "/models?wait_ms=10000", wish)
-            if status == 200:
+            status, job = server.request("POST", "/models", wish)
+            if status < 300:
+                job = server.finish(job)
                 self.assertEqual((job["status"], job["problem"]["code"]), ("failed", "over_budget"))
             else:
                 self.assertEqual(status, 503)
             self.assertEqual(server.get("/health"), {"status": "ok"})
             resource.prlimit(server.pid, resource.RLIMIT_AS, limits)
-            self.assertEqual(server.send("POST", "/models?wait_ms=10000", wish)["status"], "done")
+            self.assertEqual(server.finish(server.send("POST", "/models", wish))["status"], "done")
 
 
 if __name__ == "__main__":

@@ -24,15 +24,7 @@ json falling_box(double duration) {
 
 class ReportsApi : public testing::Test {
  protected:
-  HttpResponse post(const json& request, const std::string& query = "?wait_ms=10000") {
-    return client_.send_json("POST", "/api/v1/reports" + query, request);
-  }
-  json wait(const json& job) {
-    json now = job;
-    while (now["status"] == "queued" || now["status"] == "running")
-      now = client_.get("/api/v1/jobs/" + now["id"].get<std::string>() + "?wait_ms=200").json();
-    return now;
-  }
+  HttpResponse post(const json& request) { return client_.send_json("POST", "/api/v1/reports", request); }
   /// Follows a job until its result has a point.
   json wait_for_a_point(const std::string& id) {
     for (;;) {
@@ -53,17 +45,17 @@ class ReportsApi : public testing::Test {
 };
 
 TEST_F(ReportsApi, AScenesErrorsAndTimesComeAsData) {
-  const json job = wait(post({{"kind", "scene"},
-                              {"scene", falling_box(0.2)},
-                              {"axes",
-                               {{"solvers", {"newton", "scaling"}},
-                                {"substeps", {1, 4}},
-                                {"tolerances", json::array()},
-                                {"resolutions", json::array()}}},
-                              {"refinement", 2},
-                              {"repeats", 2},
-                              {"budget_ms", 1000}})
-                            .json());
+  const json job = client_.finish(post({{"kind", "scene"},
+                                        {"scene", falling_box(0.2)},
+                                        {"axes",
+                                         {{"solvers", {"newton", "scaling"}},
+                                          {"substeps", {1, 4}},
+                                          {"tolerances", json::array()},
+                                          {"resolutions", json::array()}}},
+                                        {"refinement", 2},
+                                        {"repeats", 2},
+                                        {"budget_ms", 1000}})
+                                      .json());
   ASSERT_EQ(job["status"], "done") << job;
   EXPECT_EQ(job["kind"], "report");
   const json report = job["result"]["report"];
@@ -86,7 +78,7 @@ TEST_F(ReportsApi, ABudgetGetsTheSmallestErrorThatFits) {
                {"refinement", 4},
                {"repeats", 1},
                {"budget_ms", 1e5}};
-  const json report = wait(post(request).json())["result"]["report"];
+  const json report = client_.finish(post(request).json())["result"]["report"];
   double least = 1e300;
   for (const json& point : report["points"])
     least = std::min(least, point["errors"]["trajectory_rms"].get<double>());
@@ -101,12 +93,12 @@ TEST_F(ReportsApi, ABudgetGetsTheSmallestErrorThatFits) {
   EXPECT_EQ(taken.json()["solver"]["substeps"], chosen["settings"]["substeps"]);
 
   request["budget_ms"] = 0.001;
-  EXPECT_EQ(wait(post(request).json())["result"]["report"]["proposal"], nullptr);
+  EXPECT_EQ(client_.finish(post(request).json())["result"]["report"]["proposal"], nullptr);
 }
 
 TEST_F(ReportsApi, MeshingIsMeasuredOverItsGrid) {
   const std::string mesh = client_.send("POST", "/api/v1/meshes?sample=cube").json()["id"];
-  const json report = wait(
+  const json report = client_.finish(
       post({{"kind", "mesh"},
             {"mesh_id", mesh},
             {"axes",
@@ -124,8 +116,8 @@ TEST_F(ReportsApi, ANumberOfTetsChoosesTheLattice) {
   json request{{"mesh_id", client_.send("POST", "/api/v1/meshes?sample=sphere").json()["id"]},
                {"params", {{"voxels", 48}}}};
   const auto tets = [&] {
-    return wait(client_.send_json("POST", "/api/v1/models?wait_ms=10000", request)
-                    .json())["result"]["model"]["tets"]
+    return client_
+        .finish(client_.send_json("POST", "/api/v1/models", request).json())["result"]["model"]["tets"]
         .get<int>();
   };
   constexpr int wanted = 2500;
@@ -139,7 +131,7 @@ TEST_F(ReportsApi, ANumberOfTetsChoosesTheLattice) {
 }
 
 TEST_F(ReportsApi, ACancelledReportKeepsWhatIsDone) {
-  const HttpResponse response = post(endless_, "");
+  const HttpResponse response = post(endless_);
   EXPECT_EQ(response.status, 202);
   const std::string id = response.json()["id"];
   EXPECT_EQ(response.header("location"), "/api/v1/jobs/" + id);
@@ -155,27 +147,28 @@ TEST_F(ReportsApi, ACancelledReportKeepsWhatIsDone) {
 }
 
 TEST_F(ReportsApi, ReportsStandInALineOfTheirOwn) {
-  const std::string first = post(endless_, "").json()["id"];
+  const std::string first = post(endless_).json()["id"];
   wait_for_a_point(first);
-  const std::string second = post(endless_, "").json()["id"];
+  const std::string second = post(endless_).json()["id"];
   const std::string mesh = client_.send("POST", "/api/v1/meshes?sample=cube").json()["id"];
-  const json model = client_
-                         .send_json("POST", "/api/v1/models?wait_ms=10000",
+  const json model =
+      client_.finish(client_
+                         .send_json("POST", "/api/v1/models",
                                     {{"mesh_id", mesh}, {"params", {{"voxels", 32}, {"cells", 8}}}})
-                         .json();
+                         .json());
   EXPECT_EQ(model["status"], "done") << "a model does not wait for reports";
   EXPECT_EQ(client_.get("/api/v1/jobs/" + second).json()["status"], "queued");
   json newest = endless_;
   newest["supersedes"] = first;
-  const std::string third = post(newest, "").json()["id"];
-  EXPECT_EQ(wait(client_.get("/api/v1/jobs/" + first).json())["status"], "cancelled");
+  const std::string third = post(newest).json()["id"];
+  EXPECT_EQ(client_.finish(client_.get("/api/v1/jobs/" + first).json())["status"], "cancelled");
   for (const std::string& id : {second, third})
     EXPECT_EQ(client_.send("DELETE", "/api/v1/jobs/" + id).json()["status"], "cancelled");
 }
 
 TEST_F(ReportsApi, FaultsAreNamedBeforeAnythingRuns) {
   const auto pointers = [&](const json& request) {
-    const HttpResponse response = post(request, "");
+    const HttpResponse response = post(request);
     EXPECT_EQ(response.status, 422) << response.body;
     std::set<std::string> found;
     for (const json& error : response.json().value("errors", json::array())) found.insert(error["pointer"]);
@@ -202,8 +195,8 @@ TEST_F(ReportsApi, FaultsAreNamedBeforeAnythingRuns) {
                       {"scene", falling_box(0.1)},
                       {"axes", {{"substeps", long_axis}, {"tolerances", json(30, 1e-3)}}}}),
             (Set{"/axes"}));
-  EXPECT_EQ(post({{"kind", "scene"}, {"sample", "nothing"}}, "").status, 404);
-  EXPECT_EQ(post({{"kind", "mesh"}, {"mesh_id", "m0"}}, "").status, 404);
+  EXPECT_EQ(post({{"kind", "scene"}, {"sample", "nothing"}}).status, 404);
+  EXPECT_EQ(post({{"kind", "mesh"}, {"mesh_id", "m0"}}).status, 404);
   EXPECT_TRUE(client_.get("/api/v1/jobs").json()["jobs"].size() <= 1) << "only the first model's own";
 }
 

@@ -19,9 +19,8 @@ class Resources : public testing::Test {
     return client_.send("POST", "/api/v1/meshes?sample=" + sample).json()["id"];
   }
   json make_model(const std::string& mesh_id, const json& params) {
-    const json job =
-        client_.send_json("POST", "/api/v1/models?wait_ms=10000", {{"mesh_id", mesh_id}, {"params", params}})
-            .json();
+    const json job = client_.finish(
+        client_.send_json("POST", "/api/v1/models", {{"mesh_id", mesh_id}, {"params", params}}).json());
     EXPECT_EQ(job["status"], "done") << job;
     return job["result"];
   }
@@ -246,10 +245,11 @@ TEST_F(Resources, TheNewestRequestCancelsTheOneUnderWay) {
   json running;
   do running = client_.get("/api/v1/jobs/" + first).json();
   while (running["status"] == "queued" || running["phase"] == "");
-  const json newest = client_
-                          .send_json("POST", "/api/v1/models?wait_ms=10000",
-                                     {{"mesh_id", mesh}, {"params", coarse_}, {"supersedes", first}})
-                          .json();
+  const json newest =
+      client_.finish(client_
+                         .send_json("POST", "/api/v1/models",
+                                    {{"mesh_id", mesh}, {"params", coarse_}, {"supersedes", first}})
+                         .json());
   EXPECT_EQ(newest["status"], "done") << "it did not have to wait for the other";
   const json old = client_.get("/api/v1/jobs/" + first).json();
   EXPECT_EQ(old["status"], "cancelled");
@@ -269,10 +269,11 @@ TEST(Memory, TheOldestUnusedModelGivesWayAndTheAnswerSaysSo) {
   const std::string mesh = client.send("POST", "/api/v1/meshes?sample=cube").json()["id"];
   std::string first;
   for (int cells = 8; cells < 24; ++cells) {
-    const json job = client
-                         .send_json("POST", "/api/v1/models?wait_ms=10000",
-                                    {{"mesh_id", mesh}, {"params", {{"voxels", 48}, {"cells", cells}}}})
-                         .json();
+    const json job =
+        client.finish(client
+                          .send_json("POST", "/api/v1/models",
+                                     {{"mesh_id", mesh}, {"params", {{"voxels", 48}, {"cells", cells}}}})
+                          .json());
     ASSERT_EQ(job["status"], "done") << job;
     const std::string path = "/api/v1/models/" + job["result"]["model_id"].get<std::string>();
     EXPECT_EQ(client.get(path).status, 200) << "the newest stays";

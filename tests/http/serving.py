@@ -22,7 +22,7 @@ def memory_bound(most_bytes):
 class Serving:
     """with Serving() as server: …; ends with SIGTERM, and with an exit code of 0."""
 
-    patience = 30.0 * SLOWNESS  # seconds for an answer, and for the end
+    patience = 120.0 * SLOWNESS  # seconds for an answer, and for the end
 
     def __init__(self, *arguments, launcher=(), **options):
         self.process = subprocess.Popen([*launcher, PROGRAM, "serve", "--port", "0", "--json", *arguments],
@@ -79,6 +79,12 @@ class Serving:
         status, document = self.request(method, path, body)
         assert status < 300, (status, document)
         return document
+
+    def finish(self, job):
+        """Follows a job until it has ended."""
+        while job["status"] in ("queued", "running"):
+            job = self.get(f"/jobs/{job['id']}?wait_ms=1000")
+        return job
 
     def head(self, method, path, *fields):
         lines = [f"{method} {path} HTTP/1.1", f"Host: 127.0.0.1:{self.port}", *fields]
@@ -141,8 +147,8 @@ class Serving:
         return self.status_field("Threads")
 
 
-def eventually(read, passes, what, patience=10.0):
-    end = time.monotonic() + patience * SLOWNESS
+def eventually(read, passes, what, patience=Serving.patience):
+    end = time.monotonic() + patience
     while not passes(value := read()):
         assert time.monotonic() < end, f"{what}: still {value}"
         time.sleep(0.01)

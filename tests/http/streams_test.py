@@ -13,7 +13,7 @@ FRAME_BYTES = VERTICES * 24  # kept for scrubbing
 def lines_of(peer, passes):
     """Lines of a stream, parsed, until one passes."""
     found, rest = [], b""
-    peer.settimeout(30 * SLOWNESS)
+    peer.settimeout(Serving.patience)
     while not (found and passes(found[-1])):
         part = peer.recv(1 << 16)
         assert part, "the stream ended"
@@ -43,7 +43,7 @@ class Streams(unittest.TestCase):
         with selectors.DefaultSelector() as selector:
             for i, peer in enumerate(peers):
                 selector.register(peer, selectors.EVENT_READ, i)
-            end = time.monotonic() + 60 * SLOWNESS
+            end = time.monotonic() + Serving.patience
             while min(seen) < 5:
                 self.assertLess(time.monotonic(), end, "somebody gets no frames")
                 for key, _ in selector.select(1.0):
@@ -59,7 +59,7 @@ class Streams(unittest.TestCase):
         self.assertLess(server.resident_bytes() - memory, memory_bound(steps * FRAME_BYTES + (16 << 20)))
         for peer in peers:
             peer.close()
-        eventually(lambda: server.get(path)["viewers"], lambda n: n == 0, "viewers", patience=2.0)
+        eventually(lambda: server.get(path)["viewers"], lambda n: n == 0, "viewers")
 
     def test_a_slow_reader_loses_frames_and_nobody_else_does(self):
         server = self.server

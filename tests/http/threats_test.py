@@ -28,7 +28,7 @@ class Threats(unittest.TestCase):
         cls.server = Serving()
         cls.server.wait_until_idle()
         mesh = cls.server.send("POST", "/meshes?sample=tree")["id"]
-        model = cls.server.send("POST", "/models?wait_ms=10000", {"mesh_id": mesh})["result"]["model_id"]
+        model = cls.server.finish(cls.server.send("POST", "/models", {"mesh_id": mesh}))["result"]["model_id"]
         cls.model = "/api/v1/models/" + model
         for path in ("/voxels", "/tets", "/exports/msh2"):  # what an allocator keeps of honest use
             cls.server.request("GET", "/models/" + model + path)

@@ -39,7 +39,7 @@ bool matches(std::string_view pattern, std::string_view path) {
 }  // namespace
 
 RawSocket::RawSocket(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  const timeval patience{20 * ISOCHOR_SLOWNESS, 0};
+  const timeval patience{60 * ISOCHOR_SLOWNESS, 0};
   setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   sockaddr_in address{};
@@ -142,6 +142,12 @@ HttpResponse HttpClient::send(const std::string& method, const std::string& path
 HttpResponse HttpClient::send_json(const std::string& method, const std::string& path,
                                    const json& body) const {
   return send(method, path, body.dump(), {{"Content-Type", "application/json"}});
+}
+
+json HttpClient::finish(json job) const {
+  while (job["status"] == "queued" || job["status"] == "running")
+    job = get("/api/v1/jobs/" + job["id"].get<std::string>() + "?wait_ms=1000").json();
+  return job;
 }
 
 void HttpClient::check(const std::string& method, const std::string& path,

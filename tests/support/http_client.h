@@ -10,7 +10,7 @@
 
 namespace isochor::test {
 
-/// A blocking TCP socket to 127.0.0.1 that speaks bytes, well-formed or not. Reads give up after 20 seconds.
+/// A blocking TCP socket to 127.0.0.1 that speaks bytes, well-formed or not. Reads give up after a minute.
 class RawSocket {
  public:
   explicit RawSocket(int port);
@@ -54,6 +54,8 @@ class HttpClient {
                     const HeaderList& headers = {}) const;
   HttpResponse send_json(const std::string& method, const std::string& path,
                          const nlohmann::json& body) const;
+  /// Follows a job until it has ended.
+  nlohmann::json finish(nlohmann::json job) const;
   /// The bytes of a request, with Host and token.
   std::string request(const std::string& method, const std::string& path, const std::string& body,
                       const HeaderList& headers) const;

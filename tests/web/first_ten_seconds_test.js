@@ -1,9 +1,10 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {browser_tests, eventually, no_complaints, tets, tets_ready} from './support/browser.js';
+import {browser_tests, eventually, no_complaints, open_page, tets, tets_ready} from './support/browser.js';
 import {look} from './support/pixels.js';
 
-const {open} = browser_tests();
+const suite = browser_tests();
+const {open} = suite;
 
 test('the first visit shows the sample tree and its tets half open, and says nothing in the console', async () => {
   const page = await open();
@@ -18,7 +19,12 @@ test('the first visit shows the sample tree and its tets half open, and says not
 });
 
 test('the page comes in a handful of files, and its first model is under way before anything is drawn', async () => {
-  const page = await open({wait: false});
+  /// All that is drawn waits for the parameters: they come once the sample is known, which is soon.
+  const prepare = async made => {
+    const known = made.waitForResponse('**/meshes?*').then(response => response.finished());
+    await made.route('**/api/v1/parameters', async route => (await known, route.continue()));
+  };
+  const page = await open_page({...suite, prepare}, {wait: false});
   const asked = await page.evaluate(() => performance.getEntriesByType('resource').map(({name}) => new URL(name).pathname));
   assert.ok(asked.filter(path => /\.(js|css)$/.test(path)).length <= 4, asked.join());
   await tets_ready(page);

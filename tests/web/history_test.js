@@ -2,7 +2,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {browser_tests, drop, eventually, fact, no_complaints, status, tets} from './support/browser.js';
-import {look} from './support/pixels.js';
+import {look, look_at_rest} from './support/pixels.js';
 
 const suite = browser_tests();
 
@@ -106,7 +106,7 @@ test('a copied link shows the same picture in another browser: parameters, clip,
   assert.equal(await copy.getByLabel('Clip axis').inputValue(), 'x');
   assert.equal(await copy.getByLabel('Gravity, exact value').inputValue(), '-5');
   await eventually(() => Promise.resolve(copy.url()), url => new URL(url).hash === new URL(link).hash, 'the same camera, so the same link');
-  const {sum} = await look(page);
+  const {sum} = await look_at_rest(page);
   await eventually(() => look(copy), seen => seen.sum === sum, 'the same picture');
   no_complaints(copy);
   await page.context().close();

@@ -70,14 +70,15 @@ test('over the memory allowed: the largest setting that fits, one click away', a
   const page = await open_page({browser: suite.browser, server}, small);
   await exact(page, 'Voxels', '512');
   await way_on(page, /512 voxels and \d+ cells may need [\d,]+ MiB, but 307 MiB are allowed/, /^Set Voxels to \d+$/);
-  await tets_ready(page);
+  await page.getByRole('region', {name: 'Pseudo volume', exact: true}).locator('.stage-state.fresh').waitFor();
   await page.context().close();
 });
 
 test('a model, a mesh and a run that the server gave up are made again by one click', async () => {
   const page = await suite.open(small);
   await remove(page, 'models');
-  await page.getByRole('button', {name: 'Voxels', exact: true}).click();
+  await page.keyboard.press('2');
+  await status(page).filter({hasText: 'Voxels on'}).waitFor();
   await way_on(page, /[Mm]odel '.*' was deleted, or gave way/, 'Mesh it again');
   await tets_ready(page);
   const before = await tets(page);
@@ -98,7 +99,7 @@ test('too many streams: the card says so, and the run is joined by one click whe
   const page = await suite.open(small);
   await step(page);
   await at_step(page, 1);
-  const {simulations: [{id}]} = await page.evaluate(async () => (await fetch('./api/v1/simulations')).json());
+  const {id} = (await page.evaluate(async () => (await fetch('./api/v1/simulations')).json())).simulations.at(-1);
   const viewers = await Promise.all(Array.from({length: 255}, () => new Promise(resolve => {
     const request = http.get(`${suite.server.url}api/v1/simulations/${id}/frames`, {agent: false}, response => response.resume().on('error', () => {}) && resolve(request));
     request.on('error', () => {});
@@ -107,6 +108,7 @@ test('too many streams: the card says so, and the run is joined by one click whe
   await step(other);
   await card(other).waitFor();
   for (const viewer of viewers) viewer.destroy();
+  await eventually(async () => (await (await fetch(`${suite.server.url}api/v1/simulations/${id}`)).json()).viewers, n => n === 1, 'the server has noticed');
   await way_on(other, /256 streams are open/, 'Try again');
   await step(other);
   await at_step(other, 2);
@@ -116,13 +118,14 @@ test('too many streams: the card says so, and the run is joined by one click whe
 
 test('a server that is busy is asked once more, then by one click', async () => {
   const page = await suite.open(small);
-  let refused = 0;
-  await page.route('**/api/v1/models?*', route => ++refused <= 2 ? route.fulfill({status: 503, contentType: 'application/problem+json',
+  const before = await tets(page);
+  let asked = 0;
+  await page.route('**/api/v1/models?*', route => ++asked <= 2 ? route.fulfill({status: 503, contentType: 'application/problem+json',
     headers: {'Retry-After': '0'}, body: JSON.stringify({status: 503, code: 'busy', title: 'Service Unavailable', detail: 'too many requests are waiting', hint: 'try again'})}) : route.continue());
   await exact(page, 'Cells', '28');
   await way_on(page, /Too many requests are waiting/, 'Try again');
-  await tets_ready(page);
-  assert.equal(refused, 3);
+  await eventually(() => tets(page), n => n > before, 'tets of 28 cells');
+  assert.equal(asked, 3);
   await page.context().close();
 });
 

@@ -18,7 +18,8 @@ export function transport(app) {
   speed.addEventListener('change', () => store.set({speed: Number(speed.value)}, 'Speed'));
   store.on('speed', () => speed.value = String(store.get('speed')));
   const scrub = h('input', {type: 'range', class: 'scrub', min: '0', max: '0', value: '0', step: '1', 'aria-label': 'Frame'});
-  scrub.addEventListener('input', once_a_frame(() => app.run(() => playback.scrub(Number(scrub.value)))));
+  const scrub_to = once_a_frame(seq => app.run(() => playback.scrub(seq)));
+  scrub.addEventListener('input', () => scrub_to(Number(scrub.value)));  // read now: a frame that comes sets it
   const time = h('span', {class: 'time'});
   const show_place = once_a_frame(() => {
     const {shown, buffer} = simulation;

@@ -36,7 +36,7 @@ export const dragging = app => {
     drag = {...hit, plane, start: at.clone(), target: at};
     if (hit.vertex !== undefined) {
       viewport.mark(at.toArray(), 0.03 * viewport.radius());
-      if (simulation.state === 'paused') drag.started = app.toggle_play();
+      if (simulation.state === 'paused' && !app.playback.starting) drag.started = app.toggle_play();
       sender.send('PUT', `/simulations/${simulation.id}/grabs/1`, {body: hit.body.id, vertex: hit.vertex, target: at.toArray()});
     } else {
       drag.pose = hit.view.pose;

@@ -51,9 +51,9 @@ export class Playback {
   }
 
   async scrub(seq) {
-    if (this.simulation.state === 'playing') await this.pause();
     this.stop_replay();
     this.simulation.show(this.simulation.buffer.at(seq));
+    await this.pause();
   }
 
   set_speed(speed) {

@@ -33,8 +33,10 @@ export class Simulation extends EventTarget {
       let info = await this.client.send('POST', `/simulations?wait_ms=2000${further}`, scene);
       if (generation !== this.generation) return void [info.id, before].map(id => this.remove(id));
       this.id = info.id;
-      while (info.state === 'preparing' && generation === this.generation)
+      while (info.state === 'preparing' && generation === this.generation) {
+        await new Promise(resolve => setTimeout(resolve, 100));
         info = await this.client.get(`/simulations/${info.id}`);
+      }
       this.remove(before);
       if (info.state === 'failed') throw Object.assign(new Error(info.problem?.detail), info.problem);
       if (generation !== this.generation) return;
@@ -109,9 +111,10 @@ export class Simulation extends EventTarget {
   take_frame(frame) {
     this.heard = performance.now();
     if (this.early_frames) return void this.early_frames.push(frame);
-    this.buffer.add(frame);
     const from_file = this.state === 'recording' || this.state === 'reading';
-    if (this.replaying === null && !from_file || !this.shown) this.show(frame);
+    const follows = this.replaying === null && !from_file && this.shown === this.buffer.last;
+    this.buffer.add(frame);
+    if (follows || !this.shown) this.show(frame);  // not while a person looks at an earlier one
     this.tell('frames');
   }
 

@@ -1,13 +1,15 @@
 import {after, before} from 'node:test';
 import assert from 'node:assert/strict';
 import {chromium} from 'playwright-core';
+import {count_pictures} from './pixels.js';
 import {start_server} from './server.js';
 
 export const flags = ['--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
   '--disable-component-update', '--disable-sync', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 
-// How many times slower than a release build the server is.
-const slowness = Number(process.env.ISOCHOR_SLOWNESS ?? 1);
+// Milliseconds until what does not come counts as not coming, on a machine that others starve as well; ISOCHOR_SLOWNESS
+// tells how many times slower than a release build the server is.
+const patience = 120000 * Number(process.env.ISOCHOR_SLOWNESS ?? 1);
 
 // SwiftShader behind a software compositor reads pixels back and says so; a person's browser does not.
 const of_this_driver = text => text.includes('GPU stall due to ReadPixels');
@@ -33,7 +35,8 @@ export function browser_tests(prepare = () => {}) {
 /// console said; a test ends with no_complaints(page). prepare(page) runs before it goes there.
 export async function open_page({browser, server, prepare = () => {}}, {width = 1400, height = 860, hash = '', wait = true, ...context} = {}) {
   const made = await browser.newContext({viewport: {width, height}, colorScheme: 'dark', ...context});
-  made.setDefaultTimeout(30000 * slowness);
+  made.setDefaultTimeout(patience);
+  await made.addInitScript(count_pictures);
   const page = await made.newPage();
   page.complaints = [];
   page.on('console', message => {
@@ -47,7 +50,7 @@ export async function open_page({browser, server, prepare = () => {}}, {width = 
 }
 
 export const status = page => page.locator('footer [role=status]');
-export const tets_ready = page => status(page).filter({hasText: /^[\d,]+ tets in/}).waitFor({timeout: 60000 * slowness});
+export const tets_ready = page => status(page).filter({hasText: /^[\d,]+ tets in/}).waitFor();
 export const no_complaints = page => assert.deepEqual(page.complaints, []);
 
 /// The number in a row of the inspector's or the stages' facts.
@@ -60,8 +63,8 @@ export async function fact(page, name) {
 export const tets = page => fact(page, 'Tets');
 
 /// Waits until read() gives something that passes; returns it.
-export async function eventually(read, passes, what, patience = 20000) {
-  const end = Date.now() + patience * slowness;
+export async function eventually(read, passes, what) {
+  const end = Date.now() + patience;
   for (;;) {
     const value = await read();
     if (passes(value)) return value;

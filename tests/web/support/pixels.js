@@ -10,11 +10,33 @@ export async function look(page) {
   return (await readers.get(browser)).evaluate(count_colors, png);
 }
 
-/// Waits until nothing is drawn coarse any more.
-export const at_rest = page => page.waitForFunction(() => {
-  const {width, clientWidth} = document.querySelector('canvas.view');
-  return width > clientWidth * devicePixelRatio - 2;
+/// In the page, before it loads: counts the pictures that the graphics processor has not finished; the view sets one
+/// fence each.
+export function count_pictures() {
+  const {prototype} = WebGL2RenderingContext, {fenceSync, deleteSync} = prototype;
+  globalThis.unfinished_pictures = 0;
+  prototype.fenceSync = function(...args) {
+    ++globalThis.unfinished_pictures;
+    return fenceSync.apply(this, args);
+  };
+  prototype.deleteSync = function(...args) {
+    --globalThis.unfinished_pictures;
+    return deleteSync.apply(this, args);
+  };
+}
+
+/// Waits until what has changed is drawn, and nothing coarse any more: a change is taken over in one of the browser's
+/// frames and drawn in the next, or in the first after the picture before it is finished.
+export const at_rest = page => page.evaluate(async () => {
+  const canvas = document.querySelector('canvas.view');
+  for (let still = 0; still < 4; ++still) {
+    await new Promise(requestAnimationFrame);
+    if (globalThis.unfinished_pictures > 0 || canvas.width < canvas.clientWidth * devicePixelRatio - 2) still = 0;
+  }
 });
+
+/// What is seen once the view is at rest, to compare what comes after with.
+export const look_at_rest = async page => (await at_rest(page), look(page));
 
 const readers = new WeakMap();  // a blank page a browser decodes the pictures
 
