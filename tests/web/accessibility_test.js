@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {fileURLToPath} from 'node:url';
 import {browser_tests, drop, eventually, no_complaints, status} from './support/browser.js';
-import {look} from './support/pixels.js';
+import {look, look_at_rest} from './support/pixels.js';
 
 const suite = browser_tests();
 const axe = await readFile(fileURLToPath(import.meta.resolve('axe-core/axe.min.js')), 'utf8');
@@ -82,7 +82,7 @@ test('touch: one finger orbits, two zoom, one on the body drags it', async () =>
   const view = await page.locator('canvas.view').boundingBox();
   const corner = [view.x + 60, view.y + view.height - 120];
   const moves = async act => {
-    const before = await look(page);
+    const before = await look_at_rest(page);
     await act();
     await touch('touchEnd');
     await eventually(() => look(page), s => s.sum !== before.sum, 'the view moves');

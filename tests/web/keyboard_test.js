@@ -2,7 +2,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
 import {focused, missed, walk} from './support/keyboard.js';
-import {look} from './support/pixels.js';
+import {at_rest, look, look_at_rest} from './support/pixels.js';
 
 const suite = browser_tests();
 
@@ -45,7 +45,11 @@ const small = {width: 1160, height: 520,
 
 test('Tab reaches every control that is seen; each has a name and shows its focus', async () => {
   const page = await suite.open();
+  const voxels = page.waitForResponse('**/voxels*');
   for (const layer of ['2', '4']) await page.keyboard.press(layer);  // the controls of voxels and simulation as well
+  await (await voxels).finished();
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  await at_rest(page);
   const stops = await walk(page, stop => {
     assert.ok(stop.name, `${stop.role} has a name`);
     assert.equal(stop.outline, 'solid', `${stop.name} shows its focus`);
@@ -81,7 +85,7 @@ const saves = pattern => async (page, act) => {
   assert.match(file.suggestedFilename(), pattern);
 };
 const moves = async (page, act) => {
-  const before = await look(page);
+  const before = await look_at_rest(page);
   await act();
   await eventually(() => look(page), seen => seen.sum !== before.sum, 'the view changes');
 };
@@ -107,7 +111,7 @@ const buttons = {
   },
   'Right': moves, 'Top': moves, 'Front': moves,
   'Fit (F)': async (page, act) => {
-    await page.evaluate(() => document.querySelector('canvas.view').dispatchEvent(new WheelEvent('wheel', {deltaY: -600})));
+    await moves(page, () => page.evaluate(() => document.querySelector('canvas.view').dispatchEvent(new WheelEvent('wheel', {deltaY: -600}))));
     await moves(page, act);
   },
   'Save a picture of the view': saves(/\.png$/),
@@ -143,7 +147,7 @@ test('Enter works every button that acts at once', async () => {
 test('bins of the histogram are walked by arrows, chosen by Enter and extended with Shift', async () => {
   const page = await suite.open();
   await page.keyboard.press('1');
-  const all = await look(page);
+  const all = await look_at_rest(page);
   await go_to(page, / tets$/);
   for (let k = 0; k < 14; ++k) await page.keyboard.press('ArrowRight');
   const bin = await focused(page);

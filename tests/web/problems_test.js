@@ -1,7 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import http from 'node:http';
-import {browser_tests, drop, eventually, open_page, status, tets, tets_ready} from './support/browser.js';
+import {browser_tests, drop, eventually, newest_run, open_page, status, tets, tets_ready} from './support/browser.js';
 import {start_server} from './support/server.js';
 
 const suite = browser_tests();
@@ -99,7 +99,7 @@ test('too many streams: the card says so, and the run is joined by one click whe
   const page = await suite.open(small);
   await step(page);
   await at_step(page, 1);
-  const {id} = (await page.evaluate(async () => (await fetch('./api/v1/simulations')).json())).simulations.at(-1);
+  const {id} = await newest_run(page);
   const viewers = await Promise.all(Array.from({length: 255}, () => new Promise(resolve => {
     const request = http.get(`${suite.server.url}api/v1/simulations/${id}/frames`, {agent: false}, response => response.resume().on('error', () => {}) && resolve(request));
     request.on('error', () => {});

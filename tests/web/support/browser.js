@@ -62,6 +62,13 @@ export async function fact(page, name) {
 
 export const tets = page => fact(page, 'Tets');
 
+/// The newest run as the server has it; ids count upwards.
+export const newest_run = page => page.evaluate(async () => {
+  const {simulations} = await (await fetch('./api/v1/simulations')).json();
+  const age = ({id}) => Number(id.slice(1));
+  return simulations.sort((a, b) => age(a) - age(b)).at(-1);
+});
+
 /// Waits until read() gives something that passes; returns it.
 export async function eventually(read, passes, what) {
   const end = Date.now() + patience;
