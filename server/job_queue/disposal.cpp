@@ -8,13 +8,13 @@
 namespace isochor {
 
 void Disposal::wait(const Progress& progress) const {
-  while (waiting_ > 0) {
+  while (busy()) {
     progress.throw_if_cancelled();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 }
 
-void Disposal::end_later(std::shared_ptr<void> value) {
+void Disposal::end_later(std::shared_ptr<void> value, std::shared_ptr<const void> lease) {
   /// Counts for as long as the task lives, also where it is dropped.
   struct Count {
     std::atomic<int>& waiting;
@@ -23,9 +23,11 @@ void Disposal::end_later(std::shared_ptr<void> value) {
     Count(const Count&) = delete;
     Count& operator=(const Count&) = delete;
   };
-  pool_.submit([value = std::move(value), count = std::make_shared<Count>(waiting_)]() mutable {
+  pool_.submit([value = std::move(value), lease = std::move(lease),
+                count = std::make_shared<Count>(waiting_)]() mutable {
     value.reset();
     return_free_memory();
+    lease.reset();
     count.reset();
   });
 }

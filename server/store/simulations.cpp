@@ -35,7 +35,8 @@ std::shared_ptr<SimulationRunner> Simulations::create(Build build, RunOptions op
     auto runner = std::make_unique<SimulationRunner>(
         [build, id = options.id](Progress& progress) { return build(id, progress); }, options,
         std::move(feed));
-    Slot slot{disposal_.share(std::move(runner)), ++data.clock};
+    const auto lease = std::make_shared<const std::string>(options.id);
+    Slot slot{disposal_.share(std::move(runner), lease), lease, ++data.clock};
     return data.slots.emplace(options.id, std::move(slot)).first->second.runner;
   });
 }
@@ -47,8 +48,16 @@ bool Simulations::drop_oldest_idle(Data& data, const std::string& except) {
         (oldest == data.slots.end() || it->second.used < oldest->second.used))
       oldest = it;
   if (oldest == data.slots.end()) return false;
-  data.slots.erase(oldest);
+  drop(data, oldest->first);
   return true;
+}
+
+/// Its bytes count until they are free.
+void Simulations::drop(Data& data, const std::string& id) {
+  const auto slot = data.slots.find(id);
+  if (slot == data.slots.end()) return;
+  data.leaving.push_back({slot->second.lease, bytes_of(slot->second)});
+  data.slots.erase(slot);
 }
 
 std::shared_ptr<SimulationRunner> Simulations::find(const std::string& id) {
@@ -62,7 +71,7 @@ std::shared_ptr<SimulationRunner> Simulations::find(const std::string& id) {
 
 void Simulations::remove(const std::string& id) {
   find(id)->cancel();
-  data_.with([&](Data& data) { data.slots.erase(id); });
+  data_.with([&](Data& data) { drop(data, id); });
 }
 
 std::vector<std::shared_ptr<SimulationRunner>> Simulations::all() const {
@@ -94,25 +103,39 @@ std::int64_t Simulations::bytes() const {
   });
 }
 
-void Simulations::make_room(const std::string& id, std::int64_t bytes, const Progress& progress) {
+std::int64_t Simulations::bytes_leaving(Data& data) {
+  std::erase_if(data.leaving, [](const Leaving& one) { return one.lease.expired(); });
+  std::int64_t bytes = 0;
+  for (const Leaving& one : data.leaving) bytes += one.bytes;
+  return bytes;
+}
+
+/// False where what is being freed has to be waited for. What is on its way out and held by somebody is not:
+/// that may be a run that goes on from it.
+bool Simulations::reserve(Data& data, const std::string& id, std::int64_t bytes) const {
   constexpr double gib = 1 << 30;
-  data_.with([&](Data& data) {
-    for (;;) {
-      std::int64_t free = max_bytes_;
-      for (const auto& [other, slot] : data.slots)
-        if (other != id) free -= bytes_of(slot);
-      if (bytes <= free) break;
-      if (drop_oldest_idle(data, id)) continue;
-      free = std::max<std::int64_t>(free, 0);
-      throw Error(ErrorCode::over_budget,
-                  fmt::format("the simulation takes about {:.2f} GiB, and {:.2f} of {:.2f} GiB are free",
-                              static_cast<double>(bytes) / gib, static_cast<double>(free) / gib,
-                              static_cast<double>(max_bytes_) / gib),
-                  fmt::format("take at most {} cells, or delete or pause others", free / bytes_a_cell));
-    }
-    if (const auto own = data.slots.find(id); own != data.slots.end()) own->second.reserved = bytes;
-  });
-  disposal_.wait(progress);
+  for (;;) {
+    const bool freeing = disposal_.busy();  // before the bytes are counted: what ends meanwhile is seen
+    std::int64_t free = max_bytes_;
+    for (const auto& [other, slot] : data.slots)
+      if (other != id) free -= bytes_of(slot);
+    if (bytes <= free - bytes_leaving(data)) break;
+    if (freeing) return false;
+    if (bytes <= free) break;
+    if (drop_oldest_idle(data, id)) continue;
+    free = std::max<std::int64_t>(free, 0);
+    throw Error(ErrorCode::over_budget,
+                fmt::format("the simulation takes about {:.2f} GiB, and {:.2f} of {:.2f} GiB are free",
+                            static_cast<double>(bytes) / gib, static_cast<double>(free) / gib,
+                            static_cast<double>(max_bytes_) / gib),
+                fmt::format("take at most {} cells, or delete or pause others", free / bytes_a_cell));
+  }
+  if (const auto own = data.slots.find(id); own != data.slots.end()) own->second.reserved = bytes;
+  return true;
+}
+
+void Simulations::make_room(const std::string& id, std::int64_t bytes, const Progress& progress) {
+  while (!data_.with([&](Data& data) { return reserve(data, id, bytes); })) disposal_.wait(progress);
 }
 
 void Simulations::end_streams(const std::string& reason) {

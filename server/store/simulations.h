@@ -26,7 +26,8 @@ class Simulations {
   std::shared_ptr<SimulationRunner> create(Build build, RunOptions options);
   std::shared_ptr<SimulationRunner> find(const std::string& id);  ///< throws Missing
   void remove(const std::string& id);                             ///< it stops; its memory is freed meanwhile
-  /// Before one takes so many bytes: others give way, and are freed. Throws over_budget, cancelled.
+  /// Before one takes so many bytes: waits for what is being freed where they do not fit beside it, then
+  /// others give way. Throws over_budget, cancelled.
   void make_room(const std::string& id, std::int64_t bytes, const Progress& progress);
   std::vector<std::shared_ptr<SimulationRunner>> all() const;
   int viewers() const;
@@ -34,16 +35,26 @@ class Simulations {
   void end_streams(const std::string& reason);
 
  private:
+  using Lease = std::weak_ptr<const void>;  ///< over once the memory of a simulation is free again
   struct Slot {
     std::shared_ptr<SimulationRunner> runner;
+    Lease lease;
     std::int64_t used = 0, reserved = 0;
+  };
+  struct Leaving {
+    Lease lease;
+    std::int64_t bytes;
   };
   struct Data {
     std::map<std::string, Slot> slots;
+    std::vector<Leaving> leaving;
     std::int64_t next = 1, clock = 0;
   };
+  static void drop(Data& data, const std::string& id);
   static bool drop_oldest_idle(Data& data, const std::string& except);
   static std::int64_t bytes_of(const Slot& slot);
+  static std::int64_t bytes_leaving(Data& data);
+  bool reserve(Data& data, const std::string& id, std::int64_t bytes) const;
 
   Disposal disposal_;  ///< first: runners come here to the last
   std::shared_ptr<Waker> waker_;
