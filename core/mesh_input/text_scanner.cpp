@@ -23,11 +23,17 @@ std::string printable(std::string_view token) {
   return shown;
 }
 
+/// std::from_chars takes no plus; behind it no other sign may stand.
+bool take_plus(std::string_view& token) {
+  if (!token.starts_with('+')) return true;
+  token.remove_prefix(1);
+  return !token.starts_with('-');
+}
+
 }  // namespace
 
 bool parse_number(std::string_view token, double& value) {
-  if (!token.empty() && token.front() == '+') token.remove_prefix(1);
-  if (token.empty() || token.front() == '+') return false;
+  if (!take_plus(token)) return false;
   const char* end = token.data() + token.size();
   const auto [stop, error] = std::from_chars(token.data(), end, value);
   if (stop != end) return false;
@@ -43,7 +49,7 @@ bool parse_number(std::string_view token, double& value) {
 }
 
 bool parse_integer(std::string_view token, std::int64_t& value) {
-  if (!token.empty() && token.front() == '+') token.remove_prefix(1);
+  if (!take_plus(token)) return false;
   const char* end = token.data() + token.size();
   const auto [stop, error] = std::from_chars(token.data(), end, value);
   return error == std::errc{} && stop == end;

@@ -84,7 +84,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Malformed{"1e308", o, "v 1e308 0 0\n", unreadable, "line 1: the coordinate 1e308"},
                     Malformed{"1e999", o, "v 1e999 0 0\n", unreadable, "line 1: a coordinate is not finite"},
                     Malformed{"cut_vertex", o, "v 0 0\n", unreadable, "line 1: a coordinate is missing"},
-                    Malformed{"word", o, "v 0 zero 0\n", unreadable, "line 1: \"zero\" is not a number"}));
+                    Malformed{"word", o, "v 0 zero 0\n", unreadable, "line 1: \"zero\" is not a number"},
+                    Malformed{"two_signs", o, "v 0 0 +-0\n", unreadable, "line 1: \"+-0\" is not a number"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Off, MalformedMesh,
