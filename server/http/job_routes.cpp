@@ -40,8 +40,9 @@ Response list_jobs(const Api& api) {
 
 Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status) {
   const auto poll = [&api, id, unfinished_status](bool deadline_passed) -> std::optional<Response> {
+    // Asked at each wake, by all who wait: nothing is copied until then.
+    if (!deadline_passed && api.jobs.under_way(id)) return std::nullopt;
     const JobView job = find_job(api, id);
-    if (!job.ended() && !deadline_passed) return std::nullopt;
     return job_document(job, job.ended() ? 200 : unfinished_status);
   };
   Response response;

@@ -153,6 +153,13 @@ std::optional<JobView> JobQueue::find(const std::string& id) const {
   });
 }
 
+bool JobQueue::under_way(const std::string& id) const {
+  return table_.with([&](const Table& table) {
+    const auto found = table.jobs.find(id);
+    return found != table.jobs.end() && !found->second->view.ended();
+  });
+}
+
 std::int64_t JobQueue::next_id() const {
   return table_.with([](const Table& table) { return table.next; });
 }

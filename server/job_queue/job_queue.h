@@ -65,6 +65,7 @@ class JobQueue {
   JobView add_done(std::string kind, std::string result);  ///< when the result is there already
   /// nullopt: unknown, or forgotten (an id below next_id).
   std::optional<JobView> find(const std::string& id) const;
+  bool under_way(const std::string& id) const;  ///< known, and not ended
   std::int64_t next_id() const;
   std::vector<JobView> all() const;
   bool cancel(const std::string& id);

@@ -73,7 +73,9 @@ TEST_F(Queue, ProgressAndTheTimeLeftAreSeenOnTheWay) {
 TEST_F(Queue, ARunningJobIsCancelled) {
   const std::string id = jobs_.submit("endless", until_cancelled).id;
   wait_until_running(id);
+  EXPECT_TRUE(jobs_.under_way(id));
   EXPECT_TRUE(jobs_.cancel(id));
+  EXPECT_FALSE(jobs_.under_way(id));
   const JobView job = wait(id);
   EXPECT_EQ(job.status, JobStatus::cancelled);
   EXPECT_NE(job.problem.find("cancelled"), std::string::npos);
