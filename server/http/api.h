@@ -5,12 +5,16 @@
 
 #include "server/http/router.h"
 #include "server/http/samples.h"
-#include "server/http/shared_answers.h"
 #include "server/job_queue/job_queue.h"
+#include "server/job_queue/shared.h"
 #include "server/store/catalog.h"
 #include "server/store/simulations.h"
 
 namespace isochor {
+
+struct DownloadFile {
+  std::string name, content_type, content;
+};
 
 /// What the handlers share.
 struct Api {

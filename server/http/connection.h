@@ -76,6 +76,10 @@ class Connection {
   Clock::time_point opened() const { return opened_; }
   std::size_t buffered_head() const { return state_ == State::head ? input_.size() : 0; }
   std::size_t declared_body() const { return state_ == State::body ? admission_.body_bytes : 0; }
+  /// This reader's share of the body that it takes.
+  std::size_t unsent_body() const {
+    return output_.body ? output_.body->size() / static_cast<std::size_t>(output_.body.use_count()) : 0;
+  }
 
  private:
   /// At most three pieces are under way: an own one, a shared one, and the chunk's end.

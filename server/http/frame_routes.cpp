@@ -64,7 +64,12 @@ Response get_frame(Api& api, const Request& request) {
     refuse(410, "evicted", fmt::format("frame {} has been evicted", seq),
            fmt::format("frames {} to {} are buffered", status.first, status.last));
   if (!frame) refuse(404, "not_found", fmt::format("frame {} has not been made yet", seq), "");
-  return Response::json(encode_frame(*frame, encoding_of(request)));
+  const Encoding encoding = encoding_of(request);
+  const std::string key =
+      fmt::format("{}/frames/{}/{}/{}", request.segment("id"), status.epoch, seq, static_cast<int>(encoding));
+  Response response;
+  response.body = api.texts.get(key, [&] { return encode_frame(*frame, encoding); });
+  return response;
 }
 
 constexpr std::string_view encoding_schema = R"({"enum":["f32","f64","array"],"default":"f32"})";

@@ -137,14 +137,16 @@ void Front::take_answers(Clock::time_point now) {
 void Front::sweep(Clock::time_point now) {
   last_tick_ = now;
   keep_memory_reserve();
-  std::size_t heads = 0, bodies = 0;
+  std::size_t heads = 0, bodies = 0, unsent = 0;
   auto& entries = connections_.entries();
   for (auto newest = entries.rbegin(); newest != entries.rend(); ++newest)
     with(newest->second, [&](Connection& connection) {
       connection.on_tick(now);
       heads += connection.buffered_head();
       bodies += connection.declared_body();
-      if (heads > limits_.buffered_heads || bodies > limits_.declared_bodies)
+      const bool crowded_out = unsent > limits_.unsent_bodies && connection.unsent_body() > 0;
+      unsent += connection.unsent_body();
+      if (heads > limits_.buffered_heads || bodies > limits_.declared_bodies || crowded_out)
         connection.close();  // the oldest
     });
   connections_.drop_closed();

@@ -19,6 +19,7 @@ struct FrontLimits {
   std::size_t connections = 2048;
   std::size_t buffered_heads = std::size_t{4} << 20;   ///< bytes of heads that are still incomplete
   std::size_t declared_bodies = std::size_t{2} << 30;  ///< bytes of bodies under way
+  std::size_t unsent_bodies = std::size_t{1} << 30;    ///< bytes of answers that their readers have not taken
 };
 
 /// Sockets on one side, request → response on the other: one thread and epoll. Workers see whole requests

@@ -269,6 +269,7 @@ std::string encode_frame_tail(const Snapshot& frame, Encoding encoding) {
       append_positions(object.key("positions"), body.positions, encoding);
   });
   out += "}\n";
+  out.shrink_to_fit();  // a slow reader holds it for long
   return out;
 }
 

@@ -1,5 +1,7 @@
 #include "server/stream/frame_feed.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "server/job_queue/retry_allocation.h"
@@ -39,9 +41,10 @@ void FrameFeed::post(Snapshot snapshot) {
   waker_->wake();
 }
 
-void FrameFeed::set_hello(std::function<std::string(Encoding, bool)> encode) {
+void FrameFeed::set_hello(EncodeHello encode) {
   data_.with([&](Data& data) {
-    data.hello = std::move(encode);
+    data.hello = std::make_shared<Hello>();
+    data.hello->encode = std::move(encode);
     data.status.ready = true;
   });
   waker_->wake();
@@ -87,8 +90,10 @@ FrameFeed::Status FrameFeed::status() const {
   return data_.with([](const Data& data) { return data.status; });
 }
 
-std::string FrameFeed::hello(Encoding encoding, bool inline_topology) const {
-  return data_.with([&](const Data& data) { return data.hello; })(encoding, inline_topology);
+SharedBytes FrameFeed::hello(Encoding encoding, bool inline_topology) const {
+  const auto hello = data_.with([](const Data& data) { return data.hello; });
+  return hello->texts.get(fmt::format("{}/{}", static_cast<int>(encoding), inline_topology),
+                          [&] { return hello->encode(encoding, inline_topology); });
 }
 
 const FrameFeed::EncodedFrame* FrameFeed::find_encoded(const Data& data, const Key& key) {

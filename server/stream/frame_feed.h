@@ -11,6 +11,7 @@
 
 #include "core/scene/snapshot.h"
 #include "server/job_queue/guarded.h"
+#include "server/job_queue/shared.h"
 #include "server/job_queue/worker_pool.h"
 #include "server/messages/frame_codec.h"
 #include "server/stream/byte_source.h"
@@ -33,7 +34,8 @@ class FrameFeed : public std::enable_shared_from_this<FrameFeed> {
 
   // The simulation's side.
   void post(Snapshot frame);
-  void set_hello(std::function<std::string(Encoding, bool inline_topology)> encode);
+  using EncodeHello = std::function<std::string(Encoding, bool inline_topology)>;
+  void set_hello(EncodeHello encode);
   void set_state(std::string_view state);
   void fail(std::string error_line);  ///< sent before the end
   void restart();                     ///< forgets the frames; seq begins again
@@ -50,7 +52,7 @@ class FrameFeed : public std::enable_shared_from_this<FrameFeed> {
     double t = 0.0;
   };
   Status status() const;
-  std::string hello(Encoding encoding, bool inline_topology) const;
+  SharedBytes hello(Encoding encoding, bool inline_topology) const;
   /// The newest encoded frame past `after` whose seq is a multiple of stride; asks for a newer one when there
   /// is.
   std::optional<EncodedFrame> newest(Encoding encoding, std::int64_t after, std::int64_t stride);
@@ -67,9 +69,13 @@ class FrameFeed : public std::enable_shared_from_this<FrameFeed> {
 
  private:
   using Key = std::pair<std::int64_t, Encoding>;
+  struct Hello {
+    EncodeHello encode;
+    Shared<std::string> texts;
+  };
   struct Data {
     Status status;
-    std::function<std::string(Encoding, bool)> hello;
+    std::shared_ptr<Hello> hello;
     std::deque<Frame> frames;
     std::int64_t bytes = 0, encodes = 0;
     std::deque<std::pair<Key, EncodedFrame>> encoded;  ///< the last few

@@ -28,6 +28,13 @@ StreamPiece Viewer::line(std::string text, std::string_view event) {
   return {std::move(text), nullptr, {}};
 }
 
+/// Of megabytes where the bodies are in it, and shared with whoever reads it at the same time.
+StreamPiece Viewer::hello() const {
+  SharedBytes text = feed_->hello(options_.encoding, options_.inline_topology);
+  if (options_.server_sent_events) return {"event: hello\ndata: ", std::move(text), "\n"};
+  return {{}, std::move(text), {}};
+}
+
 StreamPiece Viewer::next(std::chrono::steady_clock::time_point now) {
   if (finished_) return {};
   const FrameFeed::Status status = feed_->status();
@@ -59,7 +66,7 @@ std::optional<StreamPiece> Viewer::next_line(const FrameFeed::Status& status) {
   if (!status.ready) return std::nullopt;
   if (!greeted_) {
     greeted_ = true;
-    return line(feed_->hello(options_.encoding, options_.inline_topology), "hello");
+    return hello();
   }
   if (status.epoch != epoch_) {
     epoch_ = status.epoch;

@@ -26,6 +26,7 @@ class Viewer final : public ByteSource {
 
  private:
   StreamPiece line(std::string text, std::string_view event);
+  StreamPiece hello() const;
   StreamPiece frame(const FrameFeed::EncodedFrame& encoded);
   bool ended(const FrameFeed::Status& status) const;
   std::optional<StreamPiece> next_line(const FrameFeed::Status& status);

@@ -184,6 +184,30 @@ TEST_F(HastyGuard, AReaderThatTakesNothingIsDropped) {
   EXPECT_LT(got, whole);
 }
 
+TEST(Front, OfAnswersThatAreNotTakenTheOldestAreGivenUp) {
+  FrontLimits limits;
+  limits.unsent_bodies = 1 << 20;
+  const test::RunningServer running({}, limits);
+  const HttpClient client = running.client();
+  const auto geometry = [&](int triangles) {
+    return "/api/v1/meshes/" +
+           client.send("POST", "/api/v1/meshes?name=strip.obj", long_strip(triangles))
+               .json()["id"]
+               .get<std::string>() +
+           "/geometry";
+  };
+  const std::string first = geometry(200000), second = geometry(200001);
+  const std::size_t whole = client.get(first).body.size();
+  RawSocket oldest(client.port()), newest(client.port());
+  oldest.send(client.request("GET", first, "", {}));
+  EXPECT_EQ(oldest.receive(1), "H");
+  newest.send(client.request("GET", second, "", {}));
+  EXPECT_EQ(newest.receive(1), "H");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_LT(oldest.receive_all().size(), whole);
+  EXPECT_GT(newest.receive_all().size(), whole);
+}
+
 TEST_F(Guard, EndlessHeadsAreCutOff) {
   RawSocket line(client_.port()), headers(client_.port());
   std::size_t sent = 0;

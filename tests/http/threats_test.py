@@ -6,7 +6,7 @@ import socket
 import threading
 import unittest
 
-from serving import SLOWNESS, Serving, memory_bound
+from serving import SLOWNESS, Serving, eventually, memory_bound
 
 MEMORY = 16 << 20
 CPU_SECONDS = 1.0 * SLOWNESS
@@ -159,14 +159,18 @@ class Threats(unittest.TestCase):
                 peer.close()
 
     def test_slow_viewers(self):
-        frames = self.server.new_simulation(cells=8)["frames"]
-        with self.bounded():
-            peers = [self.server.stream(frames, receive_buffer=4096) for _ in range(100)]
-            for peer in peers:
-                self.assertTrue(peer.recv(100))
-            for peer in peers:
-                peer.close()
-        self.server.request("DELETE", frames[len("/api/v1"):-len("/frames")])
+        simulation = self.server.new_simulation(cells=16, gravity=[0, 0, 0])
+        path, frames = "/simulations/" + simulation["id"], simulation["frames"]
+        eventually(lambda: self.server.get(path)["seq"], lambda seq: seq > 10, "frames to send")
+        self.server.send("PATCH", path, {"state": "paused"})
+        for query in ("", "?topology=inline", "?pace=every&after_seq=0", "/5"):
+            with self.subTest(query), self.bounded():
+                peers = [self.server.stream(frames + query, receive_buffer=4096) for _ in range(200)]
+                for peer in peers:
+                    self.assertTrue(peer.recv(100))
+                for peer in peers:
+                    peer.close()
+        self.server.request("DELETE", path)
 
     def test_costly_requests_are_refused_by_their_estimate(self):
         mesh = self.server.send("POST", "/meshes?sample=cube")["id"]

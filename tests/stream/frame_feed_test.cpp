@@ -84,6 +84,7 @@ TEST_F(Feed, TheNewestWinsAndWhatWasSkippedIsCounted) {
 TEST_F(Feed, OneEncodeServesAllViewers) {
   std::vector<std::unique_ptr<Viewer>> viewers;
   for (int i = 0; i < 50; ++i) viewers.push_back(std::make_unique<Viewer>(feed_, ViewerOptions{}));
+  for (auto& viewer : viewers) EXPECT_EQ(next(*viewer)["type"], "hello");
   const std::string* shared = nullptr;
   feed_->post(frame(0));
   for (auto& viewer : viewers) {
@@ -96,6 +97,14 @@ TEST_F(Feed, OneEncodeServesAllViewers) {
   EXPECT_EQ(feed_->viewers(), 50);
   viewers.clear();
   EXPECT_EQ(feed_->viewers(), 0);
+}
+
+TEST_F(Feed, SlowReadersShareTheirFirstLine) {
+  std::vector<SharedBytes> held;
+  for (int i = 0; i < 10; ++i)
+    held.push_back(Viewer(feed_, {.inline_topology = true}).next(Clock::now()).shared);
+  for (const SharedBytes& line : held) EXPECT_EQ(line, held.front());
+  EXPECT_EQ(Viewer(feed_, {.server_sent_events = true}).next(Clock::now()).own, "event: hello\ndata: ");
 }
 
 TEST_F(Feed, NobodyLooksNothingIsEncoded) {

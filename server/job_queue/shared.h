@@ -4,13 +4,12 @@
 #include <memory>
 #include <string>
 
-#include "server/http/message.h"
 #include "server/job_queue/guarded.h"
 
 namespace isochor {
 
-/// Large answers, made once for all who are reading them at the same time and freed with the last: many slow
-/// readers of one model cost the memory of one.
+/// Large values, made once for all who are reading them at the same time and freed with the last: many slow
+/// readers cost the memory of one.
 template <class T>
 class Shared {
  public:
@@ -38,10 +37,6 @@ class Shared {
     }
   };
   Guarded<std::map<std::string, std::shared_ptr<Slot>>> slots_;
-};
-
-struct DownloadFile {
-  std::string name, content_type, content;
 };
 
 }  // namespace isochor
