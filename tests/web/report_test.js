@@ -38,8 +38,10 @@ test('error against run time: a clicked point gives its settings, and a budget p
   await report.getByRole('button', {name: 'Fit', exact: true}).click();
   await report.getByText('No measured setting converges within 0.000001 ms.').waitFor();
   await report.getByLabel('Fit my budget').fill('1e6');
-  await report.getByRole('button', {name: 'Fit', exact: true}).click();
+  await report.getByLabel('Fit my budget').press('Enter');
   await report.getByRole('button', {name: 'Use these settings'}).click();
+  await status(page).filter({hasText: 'Taken: newton · '}).waitFor();
+  assert.equal(await report.locator('.dot.selected').count(), 1);
   assert.notEqual(await page.getByLabel('Substeps a frame', {exact: true}).inputValue(), 'auto');
   no_complaints(page);
   await page.context().close();

@@ -3,6 +3,7 @@ import {button} from '../ui/fields.js';
 import {about, number} from '../ui/format.js';
 import {redraw} from '../ui/roving.js';
 import {error_legend, error_plot, orders_list} from '../report/error_plot.js';
+import {same} from '../state/store.js';
 import {Measuring, fit_budget, settings_changes, worth_measuring} from '../work/measuring.js';
 
 /// Error against run time: measure, look, click a point to take its settings, or let a frame budget choose.
@@ -11,7 +12,7 @@ export function report_panel(app) {
   const field = h('select', {'aria-label': 'Error shown'});
   const plot = h('div');
   const progress = progress_row(measuring);
-  const budget = budget_row(app, measuring, field);
+  const budget = budget_row(measuring, field, point => take(point));
   const size = h('select', {'aria-label': 'Grid of settings'}, h('option', {value: 'quick'}, 'Quick grid'), h('option', {value: 'full'}, 'Full grid'));
   const seconds = h('input', {type: 'number', min: '0.02', max: '60', step: 'any', required: true, 'aria-label': 'Simulated seconds to measure'});
   const propose = () => seconds.value = worth_measuring(size.value, app.store.get('scene'));
@@ -21,17 +22,17 @@ export function report_panel(app) {
   const measure = () => seconds.reportValidity() && app.run(() => measuring.scene(size.value, Number(seconds.value)));
   const start = button('Measure', measure, {label: 'Measure error against run time'});
   const result = h('div', {class: 'report', hidden: true}, field, plot, budget);
+  const take = ({settings, series}) => {
+    app.store.set(settings_changes(settings), 'settings of a measured point');
+    app.say(`Taken: ${series}`);
+    measuring.selected = measuring.report.points.findIndex(point => same(point.settings, settings));
+    draw();
+  };
   const draw = () => {
     const {report} = measuring;
     result.hidden = !report?.points.length;
     if (result.hidden) return;
-    const take = index => {
-      app.store.set(settings_changes(report.points[index].settings), 'settings of a measured point');
-      app.say(`Taken: ${report.points[index].series}`);
-      measuring.selected = index;
-      draw();
-    };
-    redraw(plot, () => plot.replaceChildren(...[error_plot(report, field.value, {on_pick: take, selected: measuring.selected}), error_legend(report),
+    redraw(plot, () => plot.replaceChildren(...[error_plot(report, field.value, {on_pick: index => take(report.points[index]), selected: measuring.selected}), error_legend(report),
       orders_list(report, field.value)].filter(Boolean)));
   };
   measuring.addEventListener('report', () => {
@@ -59,15 +60,17 @@ export function progress_row(measuring) {
   return row;
 }
 
-function budget_row(app, measuring, field) {
+function budget_row(measuring, field, take) {
   const id = unique_id('budget');
-  const limit = h('input', {type: 'number', id, min: '0.01', step: 'any', value: '8'});
+  const limit = h('input', {type: 'number', id, min: '1e-6', step: 'any', required: true, value: '8'});
   const answer = h('p');
   const fit = () => {
+    if (!limit.reportValidity()) return;
     const point = fit_budget(measuring.report, field.value, Number(limit.value));
     if (!point) return answer.replaceChildren(`No measured setting converges within ${limit.value} ms.`);
-    const take = () => app.store.set(settings_changes(point.settings), 'settings that fit the budget');
-    answer.replaceChildren(`${point.series}: ${number(point.ms_per_step.median)} ms, error ${number(point.errors[field.value])} `, button('Use', take, {label: 'Use these settings'}));
+    answer.replaceChildren(`${point.series}: ${number(point.ms_per_step.median)} ms, error ${number(point.errors[field.value])} `, button('Use', () => take(point), {label: 'Use these settings'}));
   };
+  limit.addEventListener('keydown', ({key}) => key === 'Enter' && fit());
+  measuring.addEventListener('report', () => measuring.report || answer.replaceChildren());
   return h('div', {class: 'budget'}, h('label', {for: id}, 'Fit my budget'), limit, h('span', {class: 'quiet'}, 'ms/step'), button('Fit', fit), answer);
 }
