@@ -131,6 +131,12 @@ std::vector<Parameter> make_table() {
        "and fills pockets, 0.67 leaves the pockets of sheets and the gaps between leaves open.",
        Type::number, 0.5, 0.9, 0.01},
       [](auto& o) -> auto& { return o.pseudo_volume.far_majority; }));
+  rows.push_back(always<bool>(
+      {"enclosed", "Fill what is enclosed", "", "pseudo_volume",
+       "What a closed input encloses is inside, so that parts which overlap become one and small ones stay "
+       "apart; off leaves it to the votes of the rays, as for open inputs.",
+       Type::boolean},
+      [](auto& o) -> auto& { return o.pseudo_volume.enclosed; }));
   rows.push_back(always<Integer>(
       {"cells", "Cells", "cells", "lattice",
        "Lattice cubes along the longest edge of the box, at most voxels/2; more follow the shape closer and "

@@ -1,7 +1,9 @@
 #include "core/pipeline/stages.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/pseudo_volume/enclosed.h"
 #include "core/tetrahedra/tetrahedra.h"
 
 namespace isochor {
@@ -11,6 +13,18 @@ using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+/// None: the input has no inside, and leaves of two equal triangles have none either. Where it crosses
+/// itself, its orientation tells overlaps from cavities.
+std::optional<Enclosing> enclosing_rule(const MeshReport& input) {
+  const auto has = [&](std::string_view defect) {
+    return std::ranges::any_of(input.defects, [&](const Defect& d) { return d.name.starts_with(defect); });
+  };
+  if (input.components == 0 || has("open_edges") || has("non_manifold_edges") || has("duplicate_triangles"))
+    return std::nullopt;
+  if (!has("self_intersections")) return Enclosing::parity;
+  return input.closed ? std::optional(Enclosing::winding) : std::nullopt;
 }
 
 }  // namespace
@@ -65,10 +79,15 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
   progress.throw_if_cancelled();
   reports_.clear();
   const DistanceFieldOptions field{options.voxels, field_padding};
-  model->field = update("distance_field", 0, field_, field,
-                        [&] { return make_distance_field(*soup_, field, progress); });
+  model->field = update("distance_field", 0, field_, field, [&] {
+    DistanceField made = make_distance_field(*soup_, field, progress);
+    const auto rule = enclosing_rule(*input_);
+    enclosed_ = rule ? enclosed_voxels(*soup_, made, *rule, progress) : std::nullopt;
+    return made;
+  });
   model->pseudo_volume = update("pseudo_volume", field_.serial, pseudo_volume_, options.pseudo_volume, [&] {
-    return make_pseudo_volume(*field_.result, options.pseudo_volume, progress);
+    return make_pseudo_volume(*field_.result, options.pseudo_volume, progress,
+                              enclosed_ ? &*enclosed_ : nullptr);
   });
   model->lattice = update("lattice", pseudo_volume_.serial, lattice_, options.lattice, [&] {
     return make_lattice(*pseudo_volume_.result, size().box, options.lattice, progress);

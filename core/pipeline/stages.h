@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "core/pipeline/pipeline.h"
+#include "core/pseudo_volume/bit_volume.h"
 
 namespace isochor {
 
@@ -42,6 +43,7 @@ class PipelineStages {
   std::shared_ptr<const MeshReport> input_;
   std::optional<MeasuredSoup> measured_soup_;
   Stage<DistanceField, DistanceFieldOptions> field_;
+  std::optional<BitVolume> enclosed_;  ///< made with the field; of watertight soups
   Stage<PseudoVolume, PseudoVolumeOptions> pseudo_volume_;
   Stage<Lattice, LatticeOptions> lattice_;
   Stage<TetMesh, Nothing> unsmoothed_;

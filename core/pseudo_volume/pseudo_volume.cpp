@@ -24,11 +24,17 @@ std::vector<RowSweep> row_sweeps(int rays) {
   return families;
 }
 
-/// How many votes a voxel must exceed.
+/// Share of the votes that fills what the input does not enclose: gaps narrower than d_in and the pockets
+/// that they close off have more, and rays that graze small parts gather about half.
+constexpr double beyond_enclosed = 2.0 / 3.0;
+
+/// How many votes a voxel must exceed, at least this share of them.
 struct Majority {
   int near, far;
-  explicit Majority(const PseudoVolumeOptions& options)
-      : near(options.rays / 2), far(static_cast<int>(options.far_majority * options.rays + 1e-9)) {}
+  explicit Majority(const PseudoVolumeOptions& options, double least = 0.5) {
+    const auto votes = [&](double share) { return static_cast<int>(share * options.rays + 1e-9); };
+    near = votes(least), far = votes(std::max(least, options.far_majority));
+  }
 };
 
 BitVolume voted_inside(const Votes& votes, const BitVolume& near, const Majority& majority) {
@@ -40,6 +46,26 @@ BitVolume voted_inside(const Votes& votes, const BitVolume& near, const Majority
     inside.bits[at] = voted & inside.valid(static_cast<int>(at % inside.words));
   }
   return inside;
+}
+
+/// 64 bits of a row from voxel i on.
+std::uint64_t bits_from(const BitVolume& volume, int i, int j, int k) {
+  const std::uint64_t* row = volume.row(j, k);
+  const int w = i / 64, shift = i % 64;
+  const std::uint64_t next = shift > 0 && w + 1 < volume.words ? row[w + 1] << (64 - shift) : 0;
+  return row[w] >> shift | next;
+}
+
+/// Adds what lies in the window, `margin` voxels into the whole grid.
+void add_enclosed(const BitVolume& enclosed, int margin, BitVolume& inside) {
+  for (int k = 0; k < inside.size.z(); ++k)
+    for (int j = 0; j < inside.size.y(); ++j)
+      for (int w = 0; w < inside.words; ++w)
+        inside.row(j, k)[w] |= bits_from(enclosed, 64 * w + margin, j + margin, k + margin) & inside.valid(w);
+}
+
+void keep_common(BitVolume& volume, const BitVolume& other) {
+  for (std::size_t at = 0; at < volume.bits.size(); ++at) volume.bits[at] &= other.bits[at];
 }
 
 /// Adds to `inside`, which follows at_maximum, those of `sheets`, voted by at_threshold, that have none of it
@@ -78,7 +104,7 @@ void unpack(const Votes& votes, const BitVolume& inside, const FieldWindow& wind
 }  // namespace
 
 PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOptions& options,
-                                Progress& progress) {
+                                Progress& progress, const BitVolume* enclosed) {
   PseudoVolume volume;
   volume.grid = field.grid;
   volume.rays = options.rays;
@@ -108,11 +134,16 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
 
   Votes& votes = sweep.at_maximum ? maximum_votes : threshold_votes;
   progress.throw_if_cancelled();
-  const Majority majority(options);
+  const bool encloses = enclosed != nullptr && options.enclosed;
+  const Majority majority(options, encloses ? beyond_enclosed : 0.5);
   BitVolume inside = voted_inside(votes, masks.near, majority);
-  if (options.crossing == Crossing::automatic)
-    volume.sheet_count = add_sheets(threshold_votes, voted_inside(threshold_votes, masks.near, majority),
-                                    volume.thresholds.p_in_voxels + 1.0, inside, votes);
+  if (encloses) add_enclosed(*enclosed, window.margin, inside);
+  if (options.crossing == Crossing::automatic) {
+    BitVolume sheets = voted_inside(threshold_votes, masks.near, Majority(options));
+    if (encloses) keep_common(sheets, masks.near);
+    volume.sheet_count =
+        add_sheets(threshold_votes, std::move(sheets), volume.thresholds.p_in_voxels + 1.0, inside, votes);
+  }
   progress.throw_if_cancelled();
   unpack(votes, inside, window, volume, progress);
   return volume;

@@ -6,6 +6,7 @@
 
 #include "core/common/progress.h"
 #include "core/distance_field/distance_field.h"
+#include "core/pseudo_volume/bit_volume.h"
 
 namespace isochor {
 
@@ -27,6 +28,9 @@ struct PseudoVolumeOptions {
   /// closed input they are all but unanimous, in the pockets of a sheet or between leaves little more than
   /// half.
   double far_majority = 0.5;
+  /// What a watertight input encloses is inside, and elsewhere two thirds of the votes are needed: parts that
+  /// overlap become one, and rays that graze small parts fill nothing. Off: the paper's vote alone.
+  bool enclosed = true;
   bool operator==(const PseudoVolumeOptions&) const = default;
 };
 
@@ -51,15 +55,16 @@ inline constexpr int field_padding = static_cast<int>(most_p_in_voxels) + 2;
 struct PseudoVolume {
   Grid grid;                         ///< that of the distance field
   std::vector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel; 0 far outside
-  std::vector<std::uint8_t> inside;  ///< 1 where more than half, or far_majority, vote inside
+  std::vector<std::uint8_t> inside;  ///< 1 where enough vote inside, or the input encloses it
   int rays = 0;
   Thresholds thresholds{};
   std::int64_t inside_count = 0;
   std::int64_t sheet_count = 0;  ///< of these, added by Crossing::automatic from at_threshold
 };
 
-/// Never fails on a valid field; an empty result is the caller's to judge.
+/// enclosed: of a watertight input, see enclosed_voxels; null: of others. Never fails on a valid field; an
+/// empty result is the caller's to judge.
 PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOptions& options,
-                                Progress& progress);
+                                Progress& progress, const BitVolume* enclosed = nullptr);
 
 }  // namespace isochor

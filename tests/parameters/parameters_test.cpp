@@ -121,8 +121,9 @@ TEST(Presets, AreValidAndThinIsWhatLeavesNeed) {
 
 TEST(Describe, ListsPresentValuesInTableOrder) {
   const std::string text = describe(MeshingOptions{});
-  EXPECT_TRUE(text.starts_with(
-      "voxels=128 p_in_voxels=1 p_subs_voxels=1.5 rays=26 crossing=auto far_majority=0.5 cells=24"))
+  EXPECT_TRUE(
+      text.starts_with("voxels=128 p_in_voxels=1 p_subs_voxels=1.5 rays=26 crossing=auto far_majority=0.5 "
+                       "enclosed=true cells=24"))
       << text;
 }
 

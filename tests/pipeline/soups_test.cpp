@@ -121,6 +121,39 @@ TEST(Soups, AHollowShellHasItsVolumeThoughBothOfItsSidesFaceOutward) {
   EXPECT_GT(std::abs(model->input->volume), 1.3 * model->quality.volume);
 }
 
+TEST(Soups, PartsThatOverlapBecomeOneSolid) {
+  TriangleSoup crossed = test::box({-2, -0.5, -0.5}, {2, 0.5, 0.5});
+  test::append(crossed, test::box({-0.4, -2, -0.4}, {0.4, 2, 0.4}));
+  test::append(crossed, test::box({-0.45, -0.45, -2}, {0.45, 0.45, 2}));
+  Progress progress;
+  MeshingOptions options = small();
+  const auto solid = AuthoringPipeline(shared(crossed)).run(options, progress);
+  EXPECT_EQ(solid->lattice->components, 1);
+  EXPECT_NEAR(solid->quality.volume, 8.35, 0.05 * 8.35);
+  options.pseudo_volume.enclosed = false;
+  const auto voted = AuthoringPipeline(shared(crossed)).run(options, progress);
+  EXPECT_LT(voted->quality.volume, 0.97 * solid->quality.volume)
+      << "the rays alone leave the overlaps hollow";
+}
+
+TEST(Soups, RaysThatGrazeSmallPartsFillNothing) {
+  TriangleSoup beads;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < 4; ++k) {
+        TriangleSoup bead = test::sphere(0.5, 1.0, 12);
+        for (Vec3& p : bead.positions) p += 2.1 * Vec3(i, j, k);
+        test::append(beads, bead);
+      }
+  Progress progress;
+  MeshingOptions options = small();
+  const auto model = AuthoringPipeline(shared(beads)).run(options, progress);
+  EXPECT_LT(model->quality.boundary_to_input, std::sqrt(3.0) * model->lattice->grid.spacing);
+  options.pseudo_volume.enclosed = false;
+  const auto voted = AuthoringPipeline(shared(beads)).run(options, progress);
+  EXPECT_GT(voted->quality.volume, 1.1 * model->quality.volume) << "the rays alone fill between them";
+}
+
 TEST(Soups, AMirroredInputGivesTheMirroredModel) {
   for (const TriangleSoup& soup :
        {test::sphere(0.5, 1.0, 48), test::torus(0.35, 0.15), test::box({-1, -2, 0}, {1, 2, 1})}) {
