@@ -73,7 +73,9 @@ Response list_meshes(const Api& api) {
 Response geometry(Api& api, const Request& request) {
   const auto mesh = api.catalog.mesh(request.segment("id"));
   Response response;
-  response.body = api.texts.get(mesh->id + "/geometry", [&] { return encode_geometry(*mesh); });
+  const Precision precision = query_precision(request);
+  response.body = api.texts.get(mesh->id + (precision == Precision::f64 ? "/geometry64" : "/geometry"),
+                                [&] { return encode_geometry(*mesh, precision); });
   response.headers.emplace_back("ETag", '"' + mesh->id + '"');
   return response;
 }
@@ -165,7 +167,8 @@ std::vector<Route> mesh_routes(Api& api) {
        .operation = "getMeshGeometry",
        .summary = "Positions and triangles",
        .handler = [&](const Request& r) { return geometry(api, r); },
-       .answers = {{200, "Geometry"}}},
+       .answers = {{200, "Geometry"}},
+       .query = {precision_spec()}},
       {.method = "DELETE",
        .pattern = "/api/v1/meshes/{id}",
        .operation = "deleteMesh",

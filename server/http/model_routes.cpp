@@ -157,11 +157,13 @@ std::vector<Route> model_routes(Api& api) {
        .handler =
            [&](const Request& r) {
              const bool smoothed = query_boolean(r, "smoothed", true);
-             return bulk(api, r, smoothed ? "/tets" : "/lattice-tets",
-                         [&](const StoredModel& model) { return encode_tets(model, smoothed); });
+             const Precision precision = query_precision(r);
+             return bulk(api, r, fmt::format("/tets/{}/{}", smoothed, precision == Precision::f64),
+                         [&](const StoredModel& model) { return encode_tets(model, smoothed, precision); });
            },
        .answers = {{200, "Tets"}},
-       .query = {{"smoothed", R"({"type":"boolean","default":true})", "false: as cut from the lattice"}}},
+       .query = {{"smoothed", R"({"type":"boolean","default":true})", "false: as cut from the lattice"},
+                 precision_spec()}},
       {.method = "GET",
        .pattern = "/api/v1/models/{id}/quality",
        .operation = "getModelQuality",

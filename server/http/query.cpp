@@ -61,6 +61,14 @@ std::size_t query_choice(const Request& request, std::string_view name,
   fault(name, "is not one of " + names);
 }
 
+Precision query_precision(const Request& request) {
+  return query_choice(request, "encoding", {"f32", "f64"}, 0) == 1 ? Precision::f64 : Precision::f32;
+}
+
+QuerySpec precision_spec() {
+  return {"encoding", R"({"enum":["f32","f64"],"default":"f32"})", "How precisely positions are written"};
+}
+
 Vec3 query_vector(const Request& request, std::string_view name) {
   const std::string* text = request.parameter(name);
   if (!text) fault(name, "is missing");

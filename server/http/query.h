@@ -7,6 +7,7 @@
 #include "core/common/types.h"
 #include "server/http/message.h"
 #include "server/http/router.h"
+#include "server/messages/api_messages.h"
 
 namespace isochor {
 
@@ -21,6 +22,9 @@ bool query_boolean(const Request& request, std::string_view name, bool fallback)
 /// The index among the choices.
 std::size_t query_choice(const Request& request, std::string_view name,
                          const std::vector<std::string_view>& choices, std::size_t fallback);
+/// Of positions, by "encoding": f32 or f64.
+Precision query_precision(const Request& request);
+QuerySpec precision_spec();
 Vec3 query_vector(const Request& request, std::string_view name);
 
 }  // namespace isochor

@@ -16,9 +16,13 @@ Json job_json(const JobView& job);
 Json simulation_json(const SimulationRunner& runner);
 Json grid_json(const Grid& grid);
 
+/// Of positions on the wire. Far from the origin single precision tells points apart by no less than
+/// |x|/2^24.
+enum class Precision { f32, f64 };
+
 // Bulk: written as text, numbers as typed arrays.
-std::string encode_geometry(const StoredMesh& mesh);
-std::string encode_tets(const StoredModel& model, bool smoothed);
+std::string encode_geometry(const StoredMesh& mesh, Precision precision);
+std::string encode_tets(const StoredModel& model, bool smoothed, Precision precision);
 std::string encode_quality(const StoredModel& model);
 std::string encode_voxels(const StoredModel& model, bool shell_only);
 std::string encode_embedding(const StoredModel& model);

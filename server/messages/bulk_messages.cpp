@@ -24,6 +24,12 @@ void points(ObjectWriter& object, std::string_view name, const std::vector<Vec3>
   append_typed_array<To>(object.key(name), flatten<To>(values), 3);
 }
 
+void points(ObjectWriter& object, std::string_view name, const std::vector<Vec3>& values,
+            Precision precision) {
+  return precision == Precision::f64 ? points<double>(object, name, values)
+                                     : points<float>(object, name, values);
+}
+
 /// Rows of indices as they lie in memory; all are non-negative, so unsigned to the reader.
 template <std::size_t N>
 void indices(ObjectWriter& object, std::string_view name,
@@ -125,20 +131,20 @@ std::string encode_embedded(const BodyTopology& body) {
   });
 }
 
-std::string encode_geometry(const StoredMesh& mesh) {
+std::string encode_geometry(const StoredMesh& mesh, Precision precision) {
   return document([&](ObjectWriter& object) {
     object.member("mesh_id", mesh.id);
-    points<float>(object, "positions", mesh.soup->positions);
+    points(object, "positions", mesh.soup->positions, precision);
     indices(object, "triangles", mesh.soup->triangles);
   });
 }
 
-std::string encode_tets(const StoredModel& stored, bool smoothed) {
+std::string encode_tets(const StoredModel& stored, bool smoothed, Precision precision) {
   const TetMesh& mesh = smoothed ? stored.model->mesh() : *stored.model->unsmoothed;
   return document([&](ObjectWriter& object) {
     object.member("model_id", stored.id);
     object.key("grid") += to_text(grid_json(mesh.grid));
-    points<float>(object, "positions", mesh.positions);
+    points(object, "positions", mesh.positions, precision);
     indices(object, "tets", mesh.tets);
     indices(object, "surface", mesh.surface);
     cell_coordinates(object, mesh);
@@ -237,7 +243,7 @@ std::string encode_ray(const StoredModel& stored, const Vec3& point, const Vec3i
   return document([&](ObjectWriter& object) {
     object.member("model_id", stored.id);
     object.key("thresholds") += to_text(thresholds_of(stored));
-    points<float>(object, "positions", positions);
+    points<double>(object, "positions", positions);
     list(object, "probability", probabilities);
     list(object, "votes", votes);
     list(object, "inside", inside);

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <set>
@@ -100,6 +102,25 @@ TEST_F(Resources, AModelIsWhatItsPartsSay) {
     EXPECT_LT(static_cast<std::size_t>(tet), indices.size() / 4);
 }
 
+TEST_F(Resources, FarFromTheOriginDoublesTellPointsApart) {
+  constexpr double far = 1 << 22;  // single precision has halves there
+  std::string obj;
+  for (const int corner : {0, 1, 2, 3, 4, 5, 6, 7})
+    obj += fmt::format("v {} {} {}\n", far + 0.25 * (corner & 1), 0.25 * (corner >> 1 & 1),
+                       0.25 * (corner >> 2));
+  obj += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  const std::string mesh = client_.send("POST", "/api/v1/meshes?name=far.obj", obj).json()["id"];
+  const json geometry = client_.get("/api/v1/meshes/" + mesh + "/geometry?encoding=f64").json();
+  EXPECT_EQ(test::decode_typed_array<double>(geometry["positions"])[3], far + 0.25);
+  const std::string model = make_model(mesh, coarse_)["model_id"];
+  const json tets = client_.get("/api/v1/models/" + model + "/tets?encoding=f64").json();
+  const auto positions = test::decode_typed_array<double>(tets["positions"]);
+  double low = 2.0 * far, high = 0.0;
+  for (std::size_t i = 0; i < positions.size(); i += 3)
+    low = std::min(low, positions[i]), high = std::max(high, positions[i]);
+  EXPECT_NEAR(high - low, 0.25, 0.05);
+}
+
 TEST_F(Resources, VoxelsAndRaysTellTheSame) {
   const json result = make_model(upload("cube"), coarse_);
   const std::string path = "/api/v1/models/" + result["model_id"].get<std::string>();
@@ -114,7 +135,7 @@ TEST_F(Resources, VoxelsAndRaysTellTheSame) {
   const json ray = client_.get(path + "/ray?point=0.01,0.01,0.01&direction=1,0,0").json();
   const auto flags = test::decode_typed_array<std::uint8_t>(ray["inside"]);
   ASSERT_EQ(flags.size(), all["grid"]["size"][0].get<std::size_t>());
-  const auto positions = test::decode_typed_array<float>(ray["positions"]);
+  const auto positions = test::decode_typed_array<double>(ray["positions"]);
   const std::size_t picked = ray["picked"];
   EXPECT_NEAR(positions[3 * picked], 0.01, all["grid"]["spacing"].get<double>());
   EXPECT_EQ(client_.get(path + "/ray?point=99,0,0&direction=1,0,0").status, 422);

@@ -2,6 +2,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {browser_tests, drop, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
+import {look_at_rest} from './support/pixels.js';
 
 const suite = browser_tests();
 
@@ -65,6 +66,38 @@ test('a mesh that takes long to be read says so and can be cancelled, and the la
   await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
   no_complaints(page);
   await page.context().close();
+});
+
+/// A ball of triangles about (at, at, at), in steps that doubles have at any such distance.
+function ball(at, rows = 24) {
+  const round = x => at + Math.round(256 * x) / 256, corner = (i, j) => 1 + i * rows + j % rows;
+  const angles = [...Array(rows + 1).keys()].map(i => i * Math.PI / rows);
+  const vertices = angles.flatMap(polar => [...Array(rows).keys()].map(j => j * 2 * Math.PI / rows).map(turn =>
+    `v ${round(Math.sin(polar) * Math.cos(turn))} ${round(Math.cos(polar))} ${round(Math.sin(polar) * Math.sin(turn))}`));
+  const faces = angles.slice(1).flatMap((_, i) => [...Array(rows).keys()].map(j =>
+    `f ${corner(i, j)} ${corner(i, j + 1)} ${corner(i + 1, j + 1)} ${corner(i + 1, j)}`));
+  return [...vertices, ...faces].join('\n');
+}
+
+test('a mesh far from its origin looks as it does near it: its surface, voxels and tets, and P along a ray', async () => {
+  const seen = [];
+  for (const at of [0, 2 ** 22]) {
+    const page = await suite.open();
+    const tree = await tets(page);
+    await choose(page, `ball ${at}.obj`, ball(at));
+    await eventually(() => tets(page), n => n !== tree, 'the model of the ball');
+    const pictures = [await look_at_rest(page)];
+    const voxels = page.waitForResponse('**/voxels*');
+    for (const key of '132') await page.keyboard.press(key);
+    await (await voxels).finished();
+    pictures.push(await eventually(() => look_at_rest(page), s => s.tets > 1000, 'the voxels'));
+    await page.keyboard.press('p');
+    await page.getByRole('img', {name: /^P along the ray/}).waitFor();
+    seen.push(pictures.map(({tets: green, sand}) => [green, sand]).flat());
+    no_complaints(page);
+    await page.context().close();
+  }
+  seen[0].forEach((pixels, k) => assert.ok(Math.abs(seen[1][k] - pixels) < 0.02 * pixels + 50, JSON.stringify(seen)));
 });
 
 test('units, up axis and fit place the body in the world', async () => {

@@ -77,7 +77,7 @@ export class Viewport extends EventTarget {
     return Math.max(1e-6, this.bounds.getSize(new THREE.Vector3()).length() / 2);
   }
 
-  /// A point of the mesh's own coordinates in the world.
+  /// A point of the mesh's own coordinates, from the origin of what is drawn, in the world.
   model_point(point) {
     return new THREE.Vector3(...point).applyMatrix4(this.model.matrix).toArray();
   }

@@ -20,5 +20,6 @@ export function ask(task, message, transfer = []) {
   });
 }
 
-/// GET of a document with bulk arrays, decoded into typed arrays; `task` may prepare them for drawing as well.
-export const load = (client, path, task = 'load') => ask(task, {url: client.absolute(path), headers: client.credentials()});
+/// GET of a document with bulk arrays, decoded into typed arrays; `task` may prepare them for drawing as well. Positions
+/// and grids count from the origin.
+export const load = (client, path, task = 'load', origin = [0, 0, 0]) => ask(task, {url: client.absolute(path), headers: client.credentials(), origin});

@@ -35,6 +35,18 @@ export function decode_tree(value, buffers) {
   return value;
 }
 
+/// The query of positions that are wanted from an origin of their own: single precision would not tell them apart.
+export const precision = origin => origin.some(Boolean) ? '?encoding=f64' : '';
+
+/// Moves the positions and grids of a document so that they count from the origin, in single precision as they are drawn.
+export function count_from(origin, document, buffers) {
+  if (!origin.some(Boolean)) return;
+  for (const grid of [document.grid, document.lattice?.grid]) if (grid) grid.origin = grid.origin.map((x, axis) => x - origin[axis]);
+  if (!document.positions) return;
+  document.positions = Float32Array.from(document.positions, (x, i) => x - origin[i % 3]);
+  buffers.push(document.positions.buffer);
+}
+
 /// A body of a hello line or a topology document, as flat arrays.
 export function decode_body(body) {
   return {

@@ -25,7 +25,7 @@ export function make_app(client) {
     simulation: new Simulation(client), viewport: new Viewport(store), parameters: [], presets: [], samples: {meshes: [], scenes: []}};
   app.playback = new Playback(app.simulation);
   app.looking = new Looking(app);
-  app.load = path => load(client, path);
+  app.load = path => load(client, path, 'load', app.meshing.origin);
   app.tell = (name, detail) => app.events.dispatchEvent(new CustomEvent(name, {detail}));
   app.say = text => app.tell('say', text);
   app.run = action => run(app, action);

@@ -57,9 +57,10 @@ export class Looking extends EventTarget {
   place_model(body, bounds) {
     const {viewport} = this;
     viewport.model.matrix.compose(new THREE.Vector3(...body.position), new THREE.Quaternion(...body.orientation), new THREE.Vector3().setScalar(body.scale));
-    viewport.model.updateMatrixWorld(true);
     const box = new THREE.Box3(new THREE.Vector3(...bounds.min), new THREE.Vector3(...bounds.max));
     this.model_bounds = box.applyMatrix4(viewport.model.matrix);
+    viewport.model.matrix.multiply(new THREE.Matrix4().makeTranslation(...this.meshing.origin));
+    viewport.model.updateMatrixWorld(true);
     return this.model_bounds;
   }
 

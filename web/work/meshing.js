@@ -1,4 +1,5 @@
 import {load} from '../wire/data.js';
+import {precision} from '../wire/decode.js';
 import {finish_job} from '../wire/jobs.js';
 
 export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
@@ -11,6 +12,13 @@ const preview_patience = 2000;
 export const unnoticed = 300;
 
 export const sample_path = name => `/meshes?sample=${encodeURIComponent(name)}`;
+
+/// From where all that is drawn of a mesh counts, in its own coordinates: its middle, where it is so far from their origin
+/// that single precision would show.
+function origin_of({min, max}) {
+  const middle = min.map((low, axis) => (low + max[axis]) / 2), size = Math.max(...max.map((high, axis) => high - min[axis]));
+  return Math.max(...middle.map(Math.abs)) > 30 * size ? middle : [0, 0, 0];
+}
 
 /// The way from the mesh and the parameters of the state to a model. The newest request wins: while a slider moves,
 /// coarse previews follow each other; its release supersedes what is under way.
@@ -54,9 +62,9 @@ export class Meshing extends EventTarget {
       this.tell('progress');
     });
     give_way();
-    Object.assign(this, {mesh, sample, made_with: null});
+    Object.assign(this, {mesh, sample, origin: origin_of(mesh.report.bounds), made_with: null});
     this.model = this.cells = this.voxels = null;
-    const geometry = load(this.client, `/meshes/${mesh.id}/geometry`);
+    const geometry = load(this.client, `/meshes/${mesh.id}/geometry${precision(this.origin)}`, 'load', this.origin);
     this.request(false);
     this.tell('mesh');
     const shape = await geometry;
@@ -131,9 +139,9 @@ export class Meshing extends EventTarget {
   }
 
   async adopt({model_id, model}, params, live) {
-    const asked = this.asked = (this.asked ?? 0) + 1;
-    const cells = await load(this.client, `/models/${model_id}`, 'load_cells');
-    if (asked < this.asked) return;
+    const asked = this.asked = (this.asked ?? 0) + 1, {mesh} = this;
+    const cells = await load(this.client, `/models/${model_id}`, 'load_cells', this.origin);
+    if (asked < this.asked || mesh !== this.mesh) return;
     Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
     this.took_ms = performance.now() - this.started;
     for (const {name, ms, reused} of model.stages) if (this.stages[name]) this.stages[name] = {state: 'fresh', ms, reused};
@@ -165,7 +173,7 @@ export class Meshing extends EventTarget {
     const {model} = this;
     if (!model || this.voxels || this.loading_voxels === model) return;
     this.loading_voxels = model;
-    const voxels = await load(this.client, `/models/${model.id}`, 'load_voxels');
+    const voxels = await load(this.client, `/models/${model.id}`, 'load_voxels', this.origin);
     if (this.model !== model) return;
     this.voxels = voxels;
     this.tell('voxels');

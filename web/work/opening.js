@@ -63,7 +63,7 @@ export const opening = app => {
     fly_to_defect({name, locations}, k) {
       const {viewport} = app;
       if (!store.get('view.layers.surface')) store.set({'view.layers.surface': true}, 'show the surface');
-      const point = viewport.model_point(locations[k]);
+      const point = viewport.model_point(locations[k].map((x, axis) => x - meshing.origin[axis]));
       const radius = 0.08 * viewport.radius();
       viewport.mark(point, radius);
       viewport.fly(point, radius * 2.5);

@@ -99,7 +99,8 @@ async function show_ray(app, {point_in_model}, ray) {
   const direction = new THREE.Vector3().copy(ray.direction).transformDirection(app.viewport.model.matrix.clone().invert());
   const largest = Math.max(Math.abs(direction.x), Math.abs(direction.y), Math.abs(direction.z));
   const lattice = direction.toArray().map(x => Math.round(x / largest));
-  const path = `/models/${app.meshing.model.id}/ray?point=${point_in_model.join()}&direction=${lattice.join()}`;
+  const {model, origin} = app.meshing, point = point_in_model.map((x, axis) => x + origin[axis]);
+  const path = `/models/${model.id}/ray?point=${point.join()}&direction=${lattice.join()}`;
   app.ray = await app.load(path);
   app.looking.show_ray(app.ray);
   app.tell('ray', app.ray);
