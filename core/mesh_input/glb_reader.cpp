@@ -26,7 +26,9 @@
 namespace isochor {
 namespace {
 
-constexpr std::int64_t most_triangles = 100'000'000;  ///< a small file can place one mesh many times
+/// Triangles and vertices that a small file can make by placing one mesh many times. What it holds itself is
+/// not bounded by it: a vertex takes four bytes at least.
+constexpr std::size_t most_placed = 20'000'000, least_vertex_bytes = 4;
 constexpr int deepest_json = 64, deepest_node = 256;
 
 [[noreturn]] void fail(const std::string& what, const std::string& hint = "export the file again") {
@@ -181,7 +183,10 @@ Eigen::Affine3d local_transform(const tinygltf::Node& node) {
 
 class GlbReader {
  public:
-  explicit GlbReader(const tinygltf::Model& model) : model_(model), visited_(model.nodes.size(), false) {}
+  GlbReader(const tinygltf::Model& model, std::size_t file_bytes)
+      : model_(model),
+        most_(std::max(most_placed, file_bytes / least_vertex_bytes)),
+        visited_(model.nodes.size(), false) {}
 
   TriangleSoup run() {
     std::vector<bool> is_child(model_.nodes.size(), false);
@@ -218,9 +223,9 @@ class GlbReader {
     const std::vector<std::int32_t> corners = read_corners(primitive, points.count);
     const std::size_t added =
         mode == TINYGLTF_MODE_TRIANGLES ? corners.size() / 3 : std::max<std::size_t>(corners.size(), 2) - 2;
-    if (soup_.triangles.size() + added > most_triangles ||
-        soup_.positions.size() + points.count > 3 * most_triangles)
-      throw Error(ErrorCode::over_budget, fmt::format("the scene has more than {} triangles", most_triangles),
+    if (soup_.triangles.size() + added > most_ || soup_.positions.size() + points.count > most_)
+      throw Error(ErrorCode::over_budget,
+                  fmt::format("the scene has more than {} triangles or vertices", most_),
                   "simplify it, or place its meshes less often");
     add_triangles(corners, mode, transform.linear().determinant() < 0.0);
     add_points(points, transform, node);
@@ -269,6 +274,7 @@ class GlbReader {
   }
 
   const tinygltf::Model& model_;
+  const std::size_t most_;
   std::vector<bool> visited_;
   TriangleSoup soup_;
 };
@@ -276,7 +282,7 @@ class GlbReader {
 }  // namespace
 
 TriangleSoup read_glb(std::span<const char> bytes) {
-  return GlbReader(parse(bytes)).run();
+  return GlbReader(parse(bytes), bytes.size()).run();
 }
 
 }  // namespace isochor

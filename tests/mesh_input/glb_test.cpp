@@ -63,6 +63,22 @@ Error failure(const std::string& bytes) {
   return {ErrorCode::internal, "nothing was thrown"};
 }
 
+/// As gzip bombs are to bytes: a mesh of 20,000 vertices, placed 5,000 times.
+TEST(Glb, ASmallFileThatPlacesAMeshTooOftenIsRefused) {
+  constexpr int vertices = 20000;
+  std::string nodes = "[{}", binary(vertices * 12, '\0');
+  for (int i = 0; i < 5000; ++i) nodes += R"(,{"mesh":0})";
+  const std::string count = std::to_string(vertices), bytes = std::to_string(binary.size());
+  const std::string json = R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":)" + bytes +
+                           R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + bytes +
+                           R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" + count +
+                           R"(,"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)" +
+                           R"("nodes":)" + nodes + "]}";
+  const Error error = failure(glb(json, binary));
+  EXPECT_EQ(error.code(), ErrorCode::over_budget);
+  EXPECT_THAT(error.what(), HasSubstr("more than 20000000 triangles or vertices"));
+}
+
 TEST(Glb, PlacesMeshesByTheirNodes) {
   const std::string nodes =
       R"([{"mesh":0,"scale":[-2,1,1]},{"children":[2],"translation":[10,0,0]},)"
