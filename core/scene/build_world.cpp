@@ -254,7 +254,10 @@ World build_world(const Scene& scene, Progress& progress) {
     build_projector(soft, scene.solver);
     throw_if_scope_cancelled();
     soft.tets = std::make_unique<TetInequality>(soft.body);
-    if (world.rigid.size() > 0) soft.contacts = std::make_unique<ParticleContacts>(soft.body);
+    if (world.rigid.size() > 0) {
+      soft.contacts = std::make_unique<ParticleContacts>(soft.body);
+      soft.candidates = std::make_unique<ContactCandidates>(soft.body.size());
+    }
   }
   const auto meets_itself = [](const SceneBody& body) {
     const auto* deformable = std::get_if<DeformableBody>(&body.kind);

@@ -119,7 +119,7 @@ bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
   }
   step.world.phases.run(Phase::contacts, [&] {
     changed |= follow_attachments(step.world, soft);
-    changed |= detect_contacts(soft.body, step.world.rigid, step.h, contacts);
+    changed |= detect_contacts(soft.body, step.world.rigid, step.h, *soft.candidates, contacts);
     if (changed) contacts.place(soft.body);
     if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);
   });
@@ -173,6 +173,7 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.pressed_implicitly = soft.implicit && soft.contacts;
   if (soft.contacts)
     step.world.phases.run(Phase::contacts, [&] {
+      soft.candidates->known = false;
       soft.contacts->begin(soft.body, step.h, step.world.massive, soft.pressed_implicitly);
     });
   soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);

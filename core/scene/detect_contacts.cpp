@@ -3,12 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/collision/contact_response.h"
 
 namespace isochor {
 namespace {
 
+/// Cells that a particle may move between the first round and a later one without being looked at again, and
+/// how many times that it must have been away from all surfaces: distances to meshes are steeper than 1 in
+/// places.
+constexpr double stray = 0.25, safety = 4.0;
 /// Normals closer than this (60°) are of the same side of a thin shape.
 constexpr double same_side = 0.5;
 
@@ -58,6 +63,12 @@ Box swept_bounds(const CollisionShape& shape, const Pose& from, const Pose& to) 
   return box;
 }
 
+Box widened(Box box, double by) {
+  box.min.array() -= by;
+  box.max.array() += by;
+  return box;
+}
+
 /// One rigid body over a substep, seen from the particles of a soft one.
 class RigidSweep {
  public:
@@ -77,6 +88,16 @@ class RigidSweep {
   }
 
   bool may_meet(const Box& particles) const { return overlaps(swept_, particles); }
+
+  /// The particle may meet the body after having strayed.
+  bool may_meet(std::int32_t i) const {
+    const double reach = safety * stray * body_.cell_size;
+    const Vec3 before = body_.start_positions.at(i), now = body_.positions.at(i);
+    if (!overlaps(swept_, widened({before.cwiseMin(now), before.cwiseMax(now)}, reach))) return false;
+    const Vec3 start = from_.to_local(before), end = to_.to_local(now);
+    if (!overlaps(bounds_, widened({start.cwiseMin(end), start.cwiseMax(end)}, reach))) return false;
+    return shape_.query(end).distance <= (end - start).norm() + reach;
+  }
 
   bool massive() const { return massive_; }
   double slop() const { return slop_; }
@@ -148,30 +169,70 @@ class RigidSweep {
   ContactPlane plane_;
 };
 
+/// True when the particle's contact with the body was added or moved.
+bool detect_contact(const SoftBody& body, const RigidSweep& sweep, int rigid, std::int32_t i,
+                    ParticleContacts& contacts) {
+  if (!(body.inverse_masses[i] > 0.0) || contacts.attached(i)) return false;
+  if (const ContactPlane* known = sweep.massive() ? contacts.plane_of(i, rigid) : nullptr)
+    return contacts.renew_plane(body, i, sweep.follow(i, *known), sweep.slop());
+  ContactPlane plane;
+  const bool touching = contacts.touches(i);
+  // A stiff body that gives way as a whole would let go and take hold in turn for less.
+  const double tolerated = touching || contacts.with_body() ? sweep.slop() : 0.0;
+  if (!sweep.meets(i, touching, tolerated, plane)) return false;
+  contacts.set_plane(body, i, plane);
+  return true;
+}
+
+bool have_strayed(const SoftBody& body, const Coordinates& seen) {
+  const double farthest = stray * body.cell_size;
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (!((body.positions.at(i) - seen.at(i)).squaredNorm() <= farthest * farthest)) return true;
+  return false;
+}
+
 }  // namespace
 
-bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, ParticleContacts& contacts) {
-  const Box particles = swept_bounds(body);
+bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, ContactCandidates& candidates,
+                     ParticleContacts& contacts) {
+  const bool again = candidates.known && !have_strayed(body, candidates.seen);
+  const bool first = !candidates.known;
+  if (std::ssize(candidates.near) != world.size()) {
+    candidates.near.resize(world.size());
+    for (auto& particles : candidates.near) particles.reserve(body.surface_particles.size());
+  }
+  if (first) candidates.seen = body.positions;
+  candidates.known = true;
+  std::optional<Box> particles;
   bool found = false;
   for (int rigid = 0; rigid < world.size(); ++rigid) {
+    std::vector<std::int32_t>& near = candidates.near[rigid];
+    if (first) near.clear();
+    const bool near_alone = again && !world.dynamic(rigid);
+    if (near_alone && near.empty()) continue;
     const RigidSweep sweep(body, world, rigid, h);
-    if (!sweep.may_meet(particles)) continue;
+    if (near_alone) {
+      for (const auto i : near) found |= detect_contact(body, sweep, rigid, i, contacts);
+      continue;
+    }
+    if (!particles) particles = widened(swept_bounds(body), first ? safety * stray * body.cell_size : 0.0);
+    if (!sweep.may_meet(*particles)) continue;
     for (const auto i : body.surface_particles) {
-      if (!(body.inverse_masses[i] > 0.0) || contacts.attached(i)) continue;
-      if (const ContactPlane* known = sweep.massive() ? contacts.plane_of(i, rigid) : nullptr) {
-        found |= contacts.renew_plane(body, i, sweep.follow(i, *known), sweep.slop());
-        continue;
+      if (first && !sweep.massive()) {
+        if (!sweep.may_meet(i)) continue;
+        near.push_back(i);
       }
-      ContactPlane plane;
-      const bool touching = contacts.touches(i);
-      // A stiff body that gives way as a whole would let go and take hold in turn for less.
-      const double tolerated = touching || contacts.with_body() ? sweep.slop() : 0.0;
-      if (!sweep.meets(i, touching, tolerated, plane)) continue;
-      contacts.set_plane(body, i, plane);
-      found = true;
+      found |= detect_contact(body, sweep, rigid, i, contacts);
     }
   }
   return found;
+}
+
+std::int64_t ContactCandidates::bytes() const {
+  std::int64_t bytes = static_cast<std::int64_t>(3 * seen.size() * sizeof(double));
+  for (const auto& particles : near)
+    bytes += static_cast<std::int64_t>(particles.capacity() * sizeof(particles[0]));
+  return bytes;
 }
 
 double deepest_penetration(const SoftBody& body, const RigidWorld& world, const ParticleContacts& contacts) {

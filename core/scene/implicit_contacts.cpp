@@ -22,7 +22,7 @@ bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
     phases.run(Phase::contacts, [&] {
       if (round > 0 && round <= judging_rounds) changed = contacts.update(body, true);
       changed |= follow_attachments(step.world, soft);
-      changed |= detect_contacts(body, step.world.rigid, step.h, contacts);
+      changed |= detect_contacts(body, step.world.rigid, step.h, *soft.candidates, contacts);
       if (changed) contacts.place(body);
     });
     if (!changed && balance == full) return true;

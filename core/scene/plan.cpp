@@ -205,7 +205,7 @@ void measure_phases(World& world) {
     attachments += static_cast<std::int64_t>(soft.attachments.capacity() * sizeof(PinnedParticle));
     pins += static_cast<std::int64_t>(soft.pins.capacity() * sizeof(PinnedParticle));
     if (soft.tets) inversion += soft.tets->bytes();
-    if (soft.contacts) contacts += soft.contacts->bytes();
+    if (soft.contacts) contacts += soft.contacts->bytes() + soft.candidates->bytes();
     std::int64_t& integrator = soft.integrator == SpringIntegrator::symplectic ? symplectic
                                : soft.integrator == SpringIntegrator::implicit ? implicit
                                                                                : lively;

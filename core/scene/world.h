@@ -3,6 +3,7 @@
 #include "core/dynamics/inversion.h"
 #include "core/dynamics/particle_contacts.h"
 #include "core/rigid/rigid_world.h"
+#include "core/scene/detect_contacts.h"
 #include "core/scene/phases.h"
 #include "core/scene/scene.h"
 
@@ -19,10 +20,11 @@ struct PinnedParticle {
 struct SceneSoftBody {
   int id = 0;  ///< index in Scene::bodies
   SoftBody body;
-  std::shared_ptr<const Model> model;          ///< when made from a mesh
-  std::vector<PinnedParticle> pins;            ///< in place, or to a rigid body that nothing moves
-  std::vector<PinnedParticle> attachments;     ///< to rigid bodies with a mass, which feel them
-  std::unique_ptr<ParticleContacts> contacts;  ///< absent when the scene has nothing to touch
+  std::shared_ptr<const Model> model;             ///< when made from a mesh
+  std::vector<PinnedParticle> pins;               ///< in place, or to a rigid body that nothing moves
+  std::vector<PinnedParticle> attachments;        ///< to rigid bodies with a mass, which feel them
+  std::unique_ptr<ParticleContacts> contacts;     ///< absent when the scene has nothing to touch
+  std::unique_ptr<ContactCandidates> candidates;  ///< with them
   std::unique_ptr<TetInequality> tets;
   SpringIntegrator integrator = SpringIntegrator::symplectic;  ///< of its springs, never automatic
   std::unique_ptr<ImplicitStep> implicit;                      ///< unless the integrator is symplectic
