@@ -8,7 +8,7 @@
 namespace isochor::newton {
 namespace {
 
-constexpr std::int64_t cells_a_slab = 512;
+constexpr std::int64_t cells_a_slab = 192;
 
 std::int64_t round_up(std::int64_t value) {
   return (value + chunk - 1) / chunk * chunk;
