@@ -238,6 +238,14 @@ void ParticleContacts::place(SoftBody& body) {
   }
 }
 
+void ParticleContacts::let_slide(const SoftBody& body) {
+  for (BlockedParticle& blocked : blocked_) {
+    const Contact& contact = particles_[slot_[blocked.particle]];
+    if (!contact.attached)
+      blocked.inverse_mass = body.inverse_masses[blocked.particle] * basis_of(contact).projector();
+  }
+}
+
 std::span<const Vec3> ParticleContacts::frictions() {
   frictions_.clear();
   for (const BlockedParticle& blocked : blocked_) {

@@ -49,6 +49,8 @@ class ParticleContacts {
   /// Moves every particle whose contacts have changed to where they let it be, and lists the blocked ones.
   void place(SoftBody& body);
   std::span<const BlockedParticle> blocked() const { return blocked_; }
+  /// Blocks them along their normals alone, until they are placed again.
+  void let_slide(const SoftBody& body);
   std::span<Vec3> blocked_forces() { return forces_; }
   /// The bodies of begin() give way to what presses on them, and move on with their particles within the
   /// projection.

@@ -37,7 +37,7 @@ bool collide(const Substep& step) {
   SurfaceCollision& surfaces = *world.surfaces;
   SurfaceContacts& contacts = surfaces.contacts();
   SceneProjector projector(step);
-  const double tolerance = world.scene.solver.tolerance;
+  const double tolerance = step.tolerance;
   const auto for_touched = [&](const auto& visit) {
     for (std::size_t b = 0; b < world.soft.size(); ++b)
       if (surfaces.touches(b)) visit(world.soft[b]);

@@ -20,12 +20,12 @@ constexpr int max_lift_rounds = 10;
 constexpr double far_away = 2.0;
 constexpr int max_recovery_rounds = 30;
 
-ProjectionRequest make_request(const World& world, SceneSoftBody& soft) {
+ProjectionRequest make_request(const Substep& step, SceneSoftBody& soft) {
   ProjectionRequest request;
   request.start = &soft.body.start_positions;
   if (soft.contacts) request.blocked = soft.contacts->blocked();
-  request.tolerance = world.scene.solver.tolerance;
-  request.max_iterations = world.scene.solver.max_iterations;
+  request.tolerance = step.tolerance;
+  request.max_iterations = step.world.scene.solver.max_iterations;
   request.lifting = soft.recovered;
   return request;
 }
@@ -51,7 +51,7 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
   for (int round = 0; round < max_contact_rounds; ++round) {
     const bool changed = renew_contacts(step, soft, round);
     if (!changed && !rough) break;
-    ProjectionRequest request = make_request(step.world, soft);
+    ProjectionRequest request = make_request(step, soft);
     rough = changed && round + 1 < max_contact_rounds && !contacts.empty() && !soft.pressed_implicitly;
     if (rough) request.tolerance = std::max(request.tolerance, rough_tolerance);
     // Last, with the rigid bodies where they are: nothing is left inside them.
@@ -91,7 +91,7 @@ bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
   soft.recovered = true;
   for (int round = 0; round < max_lift_rounds && soft.inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
-      ProjectionRequest request = make_request(step.world, soft);
+      ProjectionRequest request = make_request(step, soft);
       if (soft.contacts) request.blocked_forces = soft.contacts->blocked_forces();
       soft.tets->lift(soft.body, request, round, soft.body.positions);
       if (soft.contacts) soft.contacts->take_forces();
@@ -166,6 +166,23 @@ void let_go(const Substep& step, SceneSoftBody& soft) {
 
 }  // namespace
 
+namespace {
+
+/// A cell whose corners all stick has no row, and keeps what an earlier substep has left of its error.
+bool is_left_rough(const SceneSoftBody& soft) {
+  const ProjectionResult& result = soft.projection;
+  return !result.converged && result.rowless_cells > 0 && result.max_error <= 2.0 * tolerance_within_frames;
+}
+
+/// Contacts hold along their normals alone, so that such cells get their volumes all the same.
+void slide(const Substep& step, SceneSoftBody& soft) {
+  if (soft.contacts) soft.contacts->let_slide(soft.body);
+  project_volume(step, soft, step.tolerance);
+  if (soft.contacts) soft.contacts->take_forces();
+}
+
+}  // namespace
+
 void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.began_inverted = soft.inverted;
   const bool steady = !soft.recovered;
@@ -186,17 +203,20 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
       soft.body.projector->begin_step(soft.body.start_positions, steady ? step.h : 0.0, soft.body.positions);
     });
   const auto meet = [&] {
-    return soft.contacts ? project_with_contacts(step, soft)
-                         : project(step, soft, make_request(step.world, soft));
+    return soft.contacts ? project_with_contacts(step, soft) : project(step, soft, make_request(step, soft));
   };
   soft.projection = meet();
   lift_inverted(step, soft, [&] { soft.projection = meet(); });
+  if (is_left_rough(soft) && !soft.inverted) {
+    slide(step, soft);
+    find_inverted(step, soft, soft.projection);
+  }
   // What the projection had to move against stiff springs.
   if (soft.pressed_implicitly && step.may_halve) soft.unbalanced = gains_energy(step, soft);
 }
 
 void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance) {
-  ProjectionRequest request = make_request(step.world, soft);
+  ProjectionRequest request = make_request(step, soft);
   request.tolerance = tolerance;
   if (soft.contacts) request.carriers = soft.contacts->carriers();
   const bool kept_directions = soft.projection.kept_directions;
@@ -204,10 +224,19 @@ void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance) 
   soft.projection.kept_directions &= kept_directions;
 }
 
+void refine_volume(const Substep& step, SceneSoftBody& soft) {
+  if (soft.inverted || soft.projection.max_error > 2.0 * tolerance_within_frames) return;
+  keep_start(soft.body);
+  slide(step, soft);
+  find_inverted(step, soft, soft.projection);
+  if (soft.inverted) restore_start(soft.body);
+  soft.inverted = soft.forces_valid = false;
+}
+
 bool lift_inverted(const Substep& step, SceneSoftBody& soft) {
   soft.projection.inverted.reset();  // contacts have moved the body since
   return lift_inverted(step, soft, [&] {
-    project_volume(step, soft, step.world.scene.solver.tolerance);
+    project_volume(step, soft, step.tolerance);
     if (soft.contacts) soft.contacts->take_forces();
   });
 }
@@ -226,7 +255,7 @@ void record_projection(const Substep& step, const SceneSoftBody& soft) {
 
 void recover_inverted(const Substep& step, SceneSoftBody& soft) {
   SoftBody& body = soft.body;
-  ProjectionRequest request = make_request(step.world, soft);
+  ProjectionRequest request = make_request(step, soft);
   request.start = nullptr;
   ++step.stats.recoveries;
   soft.recovered = true;

@@ -1,6 +1,7 @@
 #include "core/scene/stepper.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/scene/surface_collision.h"
 
@@ -8,6 +9,12 @@ namespace isochor {
 namespace {
 
 constexpr int max_halvings = 5;
+/// At most so many times what the frame asks for; who asks for less than this wants the path itself.
+constexpr double slack_within_frames = 100.0, finest_of_a_frame = 1e-7;
+/// Cells a substep: what is faster meets things so hard that every substep has to be exact.
+constexpr double gentle = 0.25;
+/// What is left of a cell's error makes speeds of error·cell/h: so much of the body's largest at most.
+constexpr double noise = 0.01;
 
 ImplicitScheme scheme_of(SpringIntegrator integrator) {
   return integrator == SpringIntegrator::energy_momentum ? ImplicitScheme::energy_momentum
@@ -39,16 +46,37 @@ Stepper::Stepper(World& world) : world_(world), guard_(world) {
 
 StepStats Stepper::frame(double seconds, const Progress& progress) {
   stats_ = StepStats{};
-  const double h = seconds / world_.substeps;
+  const double h = seconds / world_.substeps, asked = world_.scene.solver.tolerance;
   stats_.smallest_h = h;
+  bool rough = false;
   for (int s = 0; s < world_.substeps; ++s) {
     progress.throw_if_cancelled();
+    tolerance_ = s + 1 < world_.substeps ? tolerance_within_frame(h) : asked;
+    rough |= tolerance_ > asked;
     if (world_.soft.empty())
       world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.step(h); });
     else
       advance_jointed(h);
   }
+  for (SceneSoftBody& soft : world_.soft)
+    if (rough && soft.halts_in_a_row > 0) refine_volume({world_, stats_, h, asked}, soft);
   return stats_;
+}
+
+double Stepper::tolerance_within_frame(double h) const {
+  const double asked = world_.scene.solver.tolerance;
+  double tolerance = std::min(slack_within_frames * asked, tolerance_within_frames);
+  if (asked < finest_of_a_frame) return asked;
+  for (const SceneSoftBody& soft : world_.soft) {
+    const Coordinates& v = soft.body.velocities;
+    double fastest = 0.0;
+    for (std::size_t i = 0; i < v.size(); ++i)
+      fastest = std::max(fastest, v.x[i] * v.x[i] + v.y[i] * v.y[i] + v.z[i] * v.z[i]);
+    const double cells = h * std::sqrt(fastest) / soft.body.cell_size;
+    if (soft.implicit || soft.halts_in_a_row > 0 || !(cells <= gentle)) return asked;
+    tolerance = std::min(tolerance, noise * cells);
+  }
+  return std::max(asked, tolerance);
 }
 
 void Stepper::advance_jointed(double h) {
@@ -75,7 +103,7 @@ void Stepper::advance(double h, int halvings) {
   const bool may_halve = std::ranges::all_of(world_.soft, [&](const SceneSoftBody& soft) {
     return halvings + soft.halts_in_a_row < max_halvings;  // parts that were all taken back helped nothing
   });
-  Substep step{world_, stats_, h, may_halve, lifting_};
+  Substep step{world_, stats_, h, tolerance_, may_halve, lifting_};
   const bool began_inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   const StepStats before = stats_;
   ++stats_.substeps;
@@ -174,7 +202,7 @@ bool Stepper::settle(const Substep& step, SceneSoftBody& soft) {
   soft.stepping = SpringIntegrator::implicit;
   soft.forces_valid = false;
   move_freely(step, soft);
-  constrain({step.world, step.stats, step.h}, soft);
+  constrain({step.world, step.stats, step.h, step.tolerance}, soft);
   return false;
 }
 

@@ -14,6 +14,8 @@ class Stepper {
   StepStats frame(double seconds, const Progress& progress);
 
  private:
+  /// That of the volumes, of a substep of h that ends no frame.
+  double tolerance_within_frame(double h) const;
   /// In as many parts as the joints of rigid bodies ask for.
   void advance_jointed(double h);
   /// Rigid bodies go first: their impacts, joints and contacts among themselves.
@@ -35,9 +37,10 @@ class Stepper {
 
   World& world_;
   EnergyGuard guard_;
-  bool together_ = false;  ///< no body is stepped by itself
-  bool lifting_ = true;    ///< tets that invert are lifted within the substep
-  bool starting_ = true;   ///< before the first substep has ended
+  double tolerance_ = 0.0;  ///< of the present substep's volumes
+  bool together_ = false;   ///< no body is stepped by itself
+  bool lifting_ = true;     ///< tets that invert are lifted within the substep
+  bool starting_ = true;    ///< before the first substep has ended
   StepStats stats_;
 };
 
