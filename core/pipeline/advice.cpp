@@ -141,7 +141,9 @@ void add_warnings(Model& model) {
         "the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or fills a "
         "pocket",
         quality.boundary_to_input / cell);
-    if (model.options.pseudo_volume.far_majority < open_pockets)
+    const PseudoVolumeOptions& options = model.options.pseudo_volume;
+    const bool asked_already = options.enclosed && model.input->closed;  // of what is not enclosed
+    if (options.far_majority < open_pockets && !asked_already)
       warn(model, fmt::format("{}: far_majority {} leaves pockets open", text, open_pockets), "far_majority",
            open_pockets);
     else

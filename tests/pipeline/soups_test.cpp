@@ -136,7 +136,7 @@ TEST(Soups, PartsThatOverlapBecomeOneSolid) {
       << "the rays alone leave the overlaps hollow";
 }
 
-TEST(Soups, RaysThatGrazeSmallPartsFillNothing) {
+TriangleSoup separate_beads() {
   TriangleSoup beads;
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j)
@@ -145,6 +145,11 @@ TEST(Soups, RaysThatGrazeSmallPartsFillNothing) {
         for (Vec3& p : bead.positions) p += 2.1 * Vec3(i, j, k);
         test::append(beads, bead);
       }
+  return beads;
+}
+
+TEST(Soups, RaysThatGrazeSmallPartsFillNothing) {
+  const TriangleSoup beads = separate_beads();
   Progress progress;
   MeshingOptions options = small();
   const auto model = AuthoringPipeline(shared(beads)).run(options, progress);
@@ -152,6 +157,22 @@ TEST(Soups, RaysThatGrazeSmallPartsFillNothing) {
   options.pseudo_volume.enclosed = false;
   const auto voted = AuthoringPipeline(shared(beads)).run(options, progress);
   EXPECT_GT(voted->quality.volume, 1.1 * model->quality.volume) << "the rays alone fill between them";
+}
+
+// What a closed input does not enclose needs two thirds of the votes anyhow.
+TEST(Soups, OnlyWhereVotesDecideMoreOfThemAreAdvised) {
+  MeshingOptions options = small();
+  options.lattice.cells = 24;
+  options.pseudo_volume.p_in_voxels = options.pseudo_volume.p_subs_voxels = 4.0;
+  for (const bool enclosed : {false, true}) {
+    options.pseudo_volume.enclosed = enclosed;
+    Progress progress;
+    const auto model = AuthoringPipeline(shared(separate_beads())).run(options, progress);
+    ASSERT_GT(model->quality.boundary_to_input, std::sqrt(3.0) * model->lattice->grid.spacing);
+    const bool advised =
+        std::ranges::any_of(model->fixes, [](const Fix& fix) { return fix.parameter == "far_majority"; });
+    EXPECT_EQ(advised, !enclosed);
+  }
 }
 
 TEST(Soups, AMirroredInputGivesTheMirroredModel) {
