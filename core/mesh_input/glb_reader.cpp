@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,18 @@ void check_container(std::span<const char> bytes) {
   check_depth({bytes.data() + 20, length});
 }
 
+/// It throws, too, where a list that it looks into is empty.
+bool load(tinygltf::TinyGLTF& reader, std::span<const char> bytes, tinygltf::Model& model,
+          std::string& error) try {
+  std::string warning;
+  return reader.LoadBinaryFromMemory(&model, &error, &warning,
+                                     reinterpret_cast<const unsigned char*>(bytes.data()),
+                                     static_cast<unsigned>(bytes.size()));
+} catch (const std::logic_error& thrown) {
+  error = thrown.what();
+  return false;
+}
+
 tinygltf::Model parse(std::span<const char> bytes) {
   if (bytes.size() > std::numeric_limits<unsigned>::max())
     fail("a GLB has at most 4 GB", "use another format");
@@ -81,10 +94,8 @@ tinygltf::Model parse(std::span<const char> bytes) {
                            int, void*) { return true; },
                         nullptr);
   tinygltf::Model model;
-  std::string error, warning;
-  if (!reader.LoadBinaryFromMemory(&model, &error, &warning,
-                                   reinterpret_cast<const unsigned char*>(bytes.data()),
-                                   static_cast<unsigned>(bytes.size())))
+  std::string error;
+  if (!load(reader, bytes, model, error))
     fail("the glTF content cannot be read: " + error.substr(0, error.find('\n')),
          "export the file again, with all data inside it");
   for (const std::string& extension : model.extensionsRequired)

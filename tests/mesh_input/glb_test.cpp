@@ -63,6 +63,12 @@ Error failure(const std::string& bytes) {
   return {ErrorCode::internal, "nothing was thrown"};
 }
 
+TEST(Glb, ABufferOfNoBytesIsAnError) {
+  const Error error = failure(glb(R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":0}]})", "1234"));
+  EXPECT_EQ(error.code(), ErrorCode::cannot_read);
+  EXPECT_THAT(error.what(), HasSubstr("the glTF content cannot be read"));
+}
+
 /// As gzip bombs are to bytes: a mesh of 20,000 vertices, placed 5,000 times.
 TEST(Glb, ASmallFileThatPlacesAMeshTooOftenIsRefused) {
   constexpr int vertices = 20000;
