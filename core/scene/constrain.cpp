@@ -164,10 +164,6 @@ void let_go(const Substep& step, SceneSoftBody& soft) {
                         [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
 }
 
-}  // namespace
-
-namespace {
-
 /// A cell whose corners all stick has no row, and keeps what an earlier substep has left of its error.
 bool is_left_rough(const SceneSoftBody& soft) {
   const ProjectionResult& result = soft.projection;

@@ -65,8 +65,8 @@ StepStats Stepper::frame(double seconds, const Progress& progress) {
 
 double Stepper::tolerance_within_frame(double h) const {
   const double asked = world_.scene.solver.tolerance;
-  double tolerance = std::min(slack_within_frames * asked, tolerance_within_frames);
   if (asked < finest_of_a_frame) return asked;
+  double tolerance = std::min(slack_within_frames * asked, tolerance_within_frames);
   for (const SceneSoftBody& soft : world_.soft) {
     const Coordinates& v = soft.body.velocities;
     double fastest = 0.0;
