@@ -29,7 +29,7 @@ void append_chunk(Bytes& out, Bytes content, std::uint32_t type, std::uint8_t pa
 
 void mutate(Bytes& part, std::size_t most) {
   const std::size_t size = part.size();
-  part.resize(std::max(size, most));
+  part.resize(std::max({size, most, std::size_t{4}}));  // of no room at all libFuzzer makes nothing
   part.resize(LLVMFuzzerMutate(part.data(), size, part.size()));
 }
 
