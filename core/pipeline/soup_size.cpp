@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/mesh_input/axis_lines.h"
 #include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
@@ -28,65 +29,27 @@ struct Crossing {
 class Columns {
  public:
   Columns(const Box& box, int axis, int a_side)
-      : axis_(axis),
-        a_side_(a_side),
+      : a_side_(a_side),
         width_(box.size().maxCoeff() / a_side),
-        origin_(box.min + width_ * Vec3(0.4142, 0.5321, 0.4679)) {}
+        lines_(axis, box.min + width_ * Vec3(0.4142, 0.5321, 0.4679), width_) {}
 
   double area() const { return width_ * width_; }
-  /// How many columns the boxes of all triangles hold.
-  std::int64_t tries(const TriangleSoup& soup) const {
-    std::int64_t sum = 0;
-    for (const Triangle& t : soup.triangles) {
-      const Span u = span(soup, t, (axis_ + 1) % 3), v = span(soup, t, (axis_ + 2) % 3);
-      sum += std::int64_t{u.count()} * v.count();
-    }
-    return sum;
-  }
+  std::int64_t tries(const TriangleSoup& soup) const { return lines_.tries(soup); }
   std::vector<Crossing> crossings(const TriangleSoup& soup) const {
     std::vector<Crossing> found;
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
       if (t % 4096 == 0) throw_if_scope_cancelled();
-      add(soup, soup.triangles[t], found);
+      lines_.for_crossings(soup, soup.triangles[t], [&](int i, int j, double depth, int sense) {
+        found.push_back({j * a_side_ + i, static_cast<float>(depth), static_cast<std::int8_t>(sense)});
+      });
     }
     return found;
   }
 
  private:
-  struct Span {
-    int first, last;
-    int count() const { return std::max(0, last - first + 1); }
-  };
-  /// The columns whose centres a triangle's box holds along one axis.
-  Span span(const TriangleSoup& soup, const Triangle& t, int along) const {
-    const double a = soup.positions[t[0]][along], b = soup.positions[t[1]][along],
-                 c = soup.positions[t[2]][along];
-    return {static_cast<int>(std::ceil((std::min({a, b, c}) - origin_[along]) / width_)),
-            static_cast<int>(std::floor((std::max({a, b, c}) - origin_[along]) / width_))};
-  }
-
-  void add(const TriangleSoup& soup, const Triangle& t, std::vector<Crossing>& found) const {
-    const Vec3 &a = soup.positions[t[0]], &b = soup.positions[t[1]], &c = soup.positions[t[2]];
-    const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
-    const Span across = span(soup, t, u), up = span(soup, t, v);
-    for (int j = up.first; j <= up.last; ++j)
-      for (int i = across.first; i <= across.last; ++i) {
-        const double x = origin_[u] + i * width_, y = origin_[v] + j * width_;
-        const auto side = [&](const Vec3& p, const Vec3& q) {
-          return (q[u] - p[u]) * (y - p[v]) - (q[v] - p[v]) * (x - p[u]);
-        };
-        const double wa = side(b, c), wb = side(c, a), wc = side(a, b), sum = wa + wb + wc;
-        if (sum == 0.0 || std::min({wa / sum, wb / sum, wc / sum}) < 0.0) continue;
-        found.push_back(
-            {j * a_side_ + i,
-             static_cast<float>((wa * a[axis_] + wb * b[axis_] + wc * c[axis_]) / sum - origin_[axis_]),
-             static_cast<std::int8_t>(sum > 0.0 ? 1 : -1)});
-      }
-  }
-
-  int axis_, a_side_;
+  int a_side_;
   double width_;
-  Vec3 origin_;
+  AxisLines lines_;
 };
 
 Columns affordable_columns(const TriangleSoup& soup, const Box& box, int axis) {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 #include <span>
-#include <tuple>
 #include <vector>
 
+#include "core/mesh_input/axis_lines.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -20,62 +20,10 @@ struct Crossing {
   std::int32_t sense;  ///< of the triangle along the row, ±1
 };
 
-/// Rows of voxel centres along x, moved a little off any regular pattern of the input.
-class Rows {
- public:
-  explicit Rows(const Grid& grid)
-      : grid_(grid), origin_(grid.origin + grid.spacing * Vec3(0.0, 0.5 + 4.142e-4, 0.5 + 5.321e-4)) {}
-
-  std::int64_t count() const { return std::int64_t{grid_.size.y()} * grid_.size.z(); }
-
-  std::int64_t tries(const TriangleSoup& soup) const {
-    std::int64_t sum = 0;
-    for (const Triangle& t : soup.triangles) sum += span(soup, t, 1).count() * span(soup, t, 2).count();
-    return sum;
-  }
-
-  /// Calls visit(row, crossing) for the rows that pass through a triangle.
-  template <class Visit>
-  void for_crossings(const TriangleSoup& soup, const Triangle& t, Visit&& visit) const {
-    const Vec3 &a = soup.positions[t[0]], &b = soup.positions[t[1]], &c = soup.positions[t[2]];
-    const Span across = span(soup, t, 1), up = span(soup, t, 2);
-    for (int k = up.first; k <= up.last; ++k)
-      for (int j = across.first; j <= across.last; ++j) {
-        const double y = origin_.y() + j * grid_.spacing, z = origin_.z() + k * grid_.spacing;
-        const double wa = side(b, c, y, z), wb = side(c, a, y, z), wc = side(a, b, y, z);
-        const bool left = wa > 0.0 && wb > 0.0 && wc > 0.0, right = wa < 0.0 && wb < 0.0 && wc < 0.0;
-        if (!left && !right) continue;
-        const double x = (wa * a.x() + wb * b.x() + wc * c.x()) / (wa + wb + wc);
-        visit(j + std::int64_t{grid_.size.y()} * k,
-              Crossing{static_cast<float>((x - origin_.x()) / grid_.spacing), left ? 1 : -1});
-      }
-  }
-
- private:
-  struct Span {
-    int first, last;
-    std::int64_t count() const { return std::max(0, last - first + 1); }
-  };
-  Span span(const TriangleSoup& soup, const Triangle& t, int axis) const {
-    const double a = soup.positions[t[0]][axis], b = soup.positions[t[1]][axis],
-                 c = soup.positions[t[2]][axis];
-    return {static_cast<int>(std::ceil((std::min({a, b, c}) - origin_[axis]) / grid_.spacing)),
-            static_cast<int>(std::floor((std::max({a, b, c}) - origin_[axis]) / grid_.spacing))};
-  }
-
-  /// On which side of the edge from p to q the row at (y, z) passes: never on it, and for q to p exactly on
-  /// the other, so that a row enters a closed surface as often as it leaves it.
-  static double side(const Vec3& p, const Vec3& q, double y, double z) {
-    const bool turned = std::tie(q.y(), q.z()) < std::tie(p.y(), p.z());
-    const Vec3 &from = turned ? q : p, &to = turned ? p : q;
-    const double area = (to.y() - from.y()) * (z - from.z()) - (to.z() - from.z()) * (y - from.y());
-    const double decided = area != 0.0 ? area : 1e-300;
-    return turned ? -decided : decided;
-  }
-
-  const Grid& grid_;
-  Vec3 origin_;
-};
+/// The rows of voxel centres, moved a little off any regular pattern of the input.
+AxisLines rows_of(const Grid& grid) {
+  return {0, grid.origin + grid.spacing * Vec3(0.0, 0.5 + 4.142e-4, 0.5 + 5.321e-4), grid.spacing};
+}
 
 /// Sets the bits of a row between the crossings, in order, that enclose it.
 void fill(std::span<const Crossing> crossings, Enclosing rule, std::span<const float> distance, float least,
@@ -96,21 +44,24 @@ void fill(std::span<const Crossing> crossings, Enclosing rule, std::span<const f
 
 std::optional<BitVolume> enclosed_voxels(const TriangleSoup& soup, const DistanceField& field, Enclosing rule,
                                          const Progress& progress) {
-  const Rows rows(field.grid);
+  const Grid& grid = field.grid;
+  BitVolume inside(grid.size);
+  const AxisLines rows = rows_of(grid);
   if (rows.tries(soup) > most_tries) return std::nullopt;
-  std::vector<std::int64_t> first(rows.count() + 1, 0);
+  std::vector<std::int64_t> first(inside.rows() + 1, 0);
   for (const Triangle& t : soup.triangles)
-    rows.for_crossings(soup, t, [&](std::int64_t row, const Crossing&) { ++first[row + 1]; });
+    rows.for_crossings(soup, t, [&](int j, int k, double, int) { ++first[inside.row_index(j, k) + 1]; });
   progress.throw_if_cancelled();
   std::partial_sum(first.begin(), first.end(), first.begin());
   std::vector<Crossing> crossings(first.back());
   std::vector<std::int64_t> next(first.begin(), first.end() - 1);
   for (const Triangle& t : soup.triangles)
-    rows.for_crossings(soup, t, [&](std::int64_t row, const Crossing& at) { crossings[next[row]++] = at; });
+    rows.for_crossings(soup, t, [&](int j, int k, double depth, int sense) {
+      crossings[next[inside.row_index(j, k)]++] = {static_cast<float>(depth / grid.spacing), sense};
+    });
   progress.throw_if_cancelled();
-  BitVolume inside(field.grid.size);
-  const auto least = static_cast<float>(on_surface * field.grid.spacing);
-  parallel_for(rows.count(), 256, [&](std::int64_t begin, std::int64_t end) {
+  const auto least = static_cast<float>(on_surface * grid.spacing);
+  parallel_for(inside.rows(), 256, [&](std::int64_t begin, std::int64_t end) {
     for (auto row = begin; row < end; ++row) {
       const std::span along = std::span(crossings).subspan(first[row], first[row + 1] - first[row]);
       std::ranges::sort(along, {}, &Crossing::x);

@@ -92,8 +92,8 @@ async function record({url, headers}) {
 }
 
 function keep_line(made, text) {
+  const {type, seq} = JSON.parse(text);  // throws for a last line that came in part
   made.lines.push(`${text}\n`);
-  const {type, seq} = JSON.parse(text);
   if (type === 'frame') made.seq = seq;
   finish_recording(made);
 }
