@@ -11,11 +11,17 @@ namespace isochor {
 namespace {
 
 /// Takes until it is let go to end, as gigabytes take their time.
-struct Slow {
-  std::atomic<bool>& let_go;
+class Slow {
+ public:
+  explicit Slow(std::atomic<bool>& let_go) : let_go_(let_go) {}
   ~Slow() {
-    while (!let_go) std::this_thread::yield();
+    while (!let_go_) std::this_thread::yield();
   }
+  Slow(const Slow&) = delete;
+  Slow& operator=(const Slow&) = delete;
+
+ private:
+  std::atomic<bool>& let_go_;
 };
 
 class Room : public testing::Test {
