@@ -12,6 +12,7 @@
 
 #include "core/common/progress.h"
 #include "server/job_queue/guarded.h"
+#include "server/job_queue/numbered_id.h"
 #include "server/job_queue/worker_pool.h"
 
 namespace isochor {
@@ -67,7 +68,7 @@ class JobQueue {
   std::optional<JobView> find(const std::string& id) const;
   bool under_way(const std::string& id) const;  ///< known, and not ended
   std::int64_t next_id() const;
-  std::vector<JobView> all() const;
+  std::vector<JobView> all() const;  ///< by age
   bool cancel(const std::string& id);
 
  private:
@@ -79,7 +80,7 @@ class JobQueue {
     std::atomic<bool> cancelled{false};
   };
   struct Table {
-    std::map<std::string, std::shared_ptr<Job>> jobs;
+    std::map<std::string, std::shared_ptr<Job>, ByAge> jobs;
     std::deque<std::string> ended;
     std::int64_t next = 1;
   };

@@ -1,7 +1,6 @@
 #include "server/store/catalog.h"
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
 
 #include "server/store/model_memory.h"
@@ -14,13 +13,6 @@ constexpr std::size_t max_remembered_ids = 10000;
 constexpr long unused = 1;
 
 }  // namespace
-
-bool was_issued(std::string_view id, std::int64_t next) {
-  std::int64_t number = 0;
-  if (id.size() < 2 || id[1] == '0') return false;
-  const auto [end, error] = std::from_chars(id.data() + 1, id.data() + id.size(), number);
-  return error == std::errc() && end == id.data() + id.size() && number > 0 && number < next;
-}
 
 Catalog::Catalog(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
 

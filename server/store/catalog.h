@@ -44,9 +44,6 @@ struct Missing {
   bool evicted = false;  ///< it was there: the oldest unused give way when memory runs out
 };
 
-/// Whether "s17" was ever given out when `next` is the number to come; such ids are never given out twice.
-bool was_issued(std::string_view id, std::int64_t next);
-
 /// Meshes and models by id, bounded in bytes: the oldest that nobody uses give way.
 class Catalog {
  public:

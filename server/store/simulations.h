@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/job_queue/disposal.h"
+#include "server/job_queue/numbered_id.h"
 #include "server/store/catalog.h"
 #include "server/stream/simulation_runner.h"
 
@@ -29,7 +30,7 @@ class Simulations {
   /// Before one takes so many bytes: waits for what is being freed where they do not fit beside it, then
   /// others give way. Throws over_budget, cancelled.
   void make_room(const std::string& id, std::int64_t bytes, const Progress& progress);
-  std::vector<std::shared_ptr<SimulationRunner>> all() const;
+  std::vector<std::shared_ptr<SimulationRunner>> all() const;  ///< by age
   int viewers() const;
   std::int64_t bytes() const;
   void end_streams(const std::string& reason);
@@ -46,7 +47,7 @@ class Simulations {
     std::int64_t bytes;
   };
   struct Data {
-    std::map<std::string, Slot> slots;
+    std::map<std::string, Slot, ByAge> slots;
     std::vector<Leaving> leaving;
     std::int64_t next = 1, clock = 0;
   };
