@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <optional>
 
 #include "server/http/api.h"
 #include "server/http/query.h"
@@ -29,12 +30,21 @@ Encoding encoding_of(const Request& request) {
   return encodings[query_choice(request, "encoding", {"f32", "f64", "array"}, 0)];
 }
 
+constexpr std::int64_t max_seq = std::int64_t{1} << 53;
+
+std::optional<std::int64_t> read_seq(const std::string& text) {
+  std::int64_t seq = -1;
+  const char* const stop = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), stop, seq);
+  if (error != std::errc() || end != stop || seq < 0 || seq > max_seq) return std::nullopt;
+  return seq;
+}
+
 Response get_frames(Api& api, const Request& request) {
   const auto runner = find_runner(api, request);
-  constexpr std::int64_t far = std::int64_t{1} << 53;
   ViewerOptions options;
   options.encoding = encoding_of(request);
-  options.after_seq = query_integer(request, "after_seq", -1, -1, far);
+  options.after_seq = query_integer(request, "after_seq", -1, -1, max_seq);
   options.stride = query_integer(request, "stride", 1, 1, 1000000);
   options.every = query_choice(request, "pace", {"latest", "every"}, 0) == 1;
   options.inline_topology = query_choice(request, "topology", {"url", "inline"}, 0) == 1;
@@ -42,7 +52,7 @@ Response get_frames(Api& api, const Request& request) {
   options.server_sent_events = accept && accept->find("text/event-stream") != std::string::npos;
   // A reader that comes back says where it was.
   if (const std::string* last = request.header("last-event-id"); last && !request.parameter("after_seq"))
-    std::from_chars(last->data(), last->data() + last->size(), options.after_seq);
+    options.after_seq = read_seq(*last).value_or(options.after_seq);
   if (api.simulations.viewers() >= max_viewers)
     refuse(429, "too_many_streams", fmt::format("{} streams are open", max_viewers), "close some");
   Response response;
@@ -53,20 +63,17 @@ Response get_frames(Api& api, const Request& request) {
 
 Response get_frame(Api& api, const Request& request) {
   const auto runner = find_runner(api, request);
-  const std::string& text = request.segment("seq");
-  std::int64_t seq = -1;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seq);
-  if (error != std::errc() || end != text.data() + text.size() || seq < 0)
-    refuse(404, "not_found", "a frame is named by its seq", "");
+  const auto seq = read_seq(request.segment("seq"));
+  if (!seq) refuse(404, "not_found", "a frame is named by its seq", "");
   const FrameFeed::Status status = runner->feed()->status();
-  const auto frame = runner->feed()->find(seq);
-  if (!frame && seq <= status.last)
-    refuse(410, "evicted", fmt::format("frame {} has been evicted", seq),
+  const auto frame = runner->feed()->find(*seq);
+  if (!frame && *seq <= status.last)
+    refuse(410, "evicted", fmt::format("frame {} has been evicted", *seq),
            fmt::format("frames {} to {} are buffered", status.first, status.last));
-  if (!frame) refuse(404, "not_found", fmt::format("frame {} has not been made yet", seq), "");
+  if (!frame) refuse(404, "not_found", fmt::format("frame {} has not been made yet", *seq), "");
   const Encoding encoding = encoding_of(request);
-  const std::string key =
-      fmt::format("{}/frames/{}/{}/{}", request.segment("id"), status.epoch, seq, static_cast<int>(encoding));
+  const std::string key = fmt::format("{}/frames/{}/{}/{}", request.segment("id"), status.epoch, *seq,
+                                      static_cast<int>(encoding));
   Response response;
   response.body = api.texts.get(key, [&] { return encode_frame(*frame, encoding); });
   return response;

@@ -11,16 +11,17 @@
 namespace isochor {
 namespace {
 
-/// Answers with the simulation as soon as `ready` says so, or after the wait; a scene that does not compile
-/// is the request's failure.
+/// Answers with the simulation as soon as `ready` says so, or after the wait, then with `late`; a scene that
+/// does not compile is the request's failure.
 template <class Ready>
-Response when(const std::shared_ptr<SimulationRunner>& runner, int status, std::int64_t wait_ms,
+Response when(const std::shared_ptr<SimulationRunner>& runner, int status, int late, std::int64_t wait_ms,
               Ready ready) {
-  const auto poll = [runner, status, ready](bool deadline_passed) -> std::optional<Response> {
+  const auto poll = [runner, status, late, ready](bool deadline_passed) -> std::optional<Response> {
     const RunView view = runner->view();
-    if (!ready(view) && view.state != RunState::failed && !deadline_passed) return std::nullopt;
+    const bool decided = ready(view) || view.state == RunState::failed;
+    if (!decided && !deadline_passed) return std::nullopt;
     if (view.failure && status == 201) throw *view.failure;
-    Response response = Response::json(to_text(simulation_json(*runner)), status);
+    Response response = Response::json(to_text(simulation_json(*runner)), decided ? status : late);
     if (status == 201) response.headers.emplace_back("Location", simulation_url(view.id));
     return response;
   };
@@ -55,7 +56,8 @@ Response post_simulation(Api& api, const Request& request) {
   const std::string* before = request.parameter("continues");
   const auto runner =
       api.simulations.create(build_of(api, scene, before ? api.simulations.find(*before) : nullptr), options);
-  return when(runner, 201, wait_ms, [](const RunView& view) { return view.state != RunState::preparing; });
+  return when(runner, 201, 201, wait_ms,
+              [](const RunView& view) { return view.state != RunState::preparing; });
 }
 
 Response get_simulation(Api& api, const Request& request) {
@@ -108,9 +110,8 @@ Response patch_simulation(Api& api, const Request& request) {
   if (change.fast) runner->set_pace(*change.fast);
   if (change.restart) runner->restart();
   if (change.play) *change.play ? runner->play() : runner->pause();
-  // The thread takes the change before its next step.
-  constexpr std::int64_t patience_ms = 1000;
-  return when(runner, 200, patience_ms,
+  // The thread takes the change before its next step, which may be long in coming.
+  return when(runner, 200, 202, query_integer(request, "wait_ms", 10000, 0, 60000),
               [runner, want = runner->requests()](const RunView& now) { return now.taken >= want; });
 }
 
@@ -122,7 +123,7 @@ Response post_steps(Api& api, const Request& request) {
     refuse(409, "wrong_state", fmt::format("the simulation is {}", state_name(state)),
            "pause it, or restart it");
   runner->step(count);
-  return when(runner, 200, query_integer(request, "wait_ms", 10000, 0, 60000), [](const RunView& view) {
+  return when(runner, 200, 200, query_integer(request, "wait_ms", 10000, 0, 60000), [](const RunView& view) {
     return view.state != RunState::preparing && view.pending_steps == 0;
   });
 }
@@ -254,9 +255,11 @@ std::vector<Route> simulation_routes(Api& api) {
        .operation = "changeSimulation",
        .summary = "Play, pause, restart, speed, gravity, solver, materials",
        .handler = to(patch_simulation),
-       .answers = {{200, "Simulation"}},
+       .answers = {{200, "Simulation"}, {202, "Simulation"}},
        .body = BodyKind::json,
-       .body_schema = "SimulationChange"},
+       .body_schema = "SimulationChange",
+       .query = {{"wait_ms", R"({"type":"integer","minimum":0,"maximum":60000})",
+                  "Answer after this time at the latest, 202 where the step under way has not ended"}}},
       {.method = "DELETE",
        .pattern = "/api/v1/simulations/{id}",
        .operation = "deleteSimulation",

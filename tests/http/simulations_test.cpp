@@ -116,6 +116,31 @@ TEST_F(SimulationsApi, PlayPauseRestart) {
   EXPECT_EQ(client_.send_json("POST", path + "/steps", {{"count", 1}}).json()["seq"], 1);
 }
 
+TEST_F(SimulationsApi, AChangeThatALongStepHoldsUpIsAccepted) {
+  json scene = falling_box;
+  scene["bodies"][0]["lattice"]["cells"] = {8, 8, 8};
+  scene["solver"] = {{"substeps", 256}};
+  const std::string path = create(scene, "?pace=fast&state=playing");
+  const HttpResponse accepted = patch(path + "?wait_ms=0", {{"state", "paused"}});
+  EXPECT_EQ(accepted.status, 202);
+  EXPECT_EQ(accepted.json()["state"], "playing");
+  const HttpResponse taken = patch(path + "?wait_ms=60000", {{"state", "paused"}});
+  EXPECT_EQ(taken.status, 200);
+  EXPECT_EQ(taken.json()["state"], "paused");
+}
+
+TEST_F(SimulationsApi, AreListedByAge) {
+  json ids = json::array();
+  for (int i = 1; i <= 11; ++i) {
+    const std::string path = create(falling_box);
+    ids.push_back(path.substr(path.rfind('/') + 1));
+  }
+  const json all = client_.get("/api/v1/simulations").json();
+  json listed = json::array();
+  for (const json& simulation : all["simulations"]) listed.push_back(simulation["id"]);
+  EXPECT_EQ(listed, ids);
+}
+
 TEST_F(SimulationsApi, LiveChangesTakeEffectAndSurviveARestart) {
   const std::string path = create(falling_box);
   json changed = patch(path, {{"gravity", {0, 0, 0}}, {"solver", {{"tolerance", 1e-8}}}}).json();
@@ -208,6 +233,26 @@ TEST_F(SimulationsApi, ServerSentEventsCarryTheSameLines) {
   EXPECT_EQ(stream.next_text_line(), "id: 0");
   EXPECT_TRUE(json::parse(stream.next_text_line().substr(6))["bodies"][0]["positions"][0].is_array());
   EXPECT_EQ(stream.next_text_line(), "");
+}
+
+TEST_F(SimulationsApi, WhoComesBackGetsTheRest) {
+  json scene = falling_box;
+  scene["duration"] = 0.1;
+  const std::string path = create(scene, "?pace=fast&state=playing");
+  while (client_.get(path).json()["state"] != "finished") {
+  }
+  const auto frames_after = [&](const std::string& last) {
+    StreamReader stream(client_, path + "/frames?pace=every", {{"Last-Event-ID", last}});
+    int frames = 0;
+    for (json line = stream.next_line(); line["type"] != "end"; line = stream.next_line())
+      frames += line["type"] == "frame" ? 1 : 0;
+    return frames;
+  };
+  EXPECT_EQ(frames_after("4"), 2);
+  EXPECT_EQ(frames_after("6"), 0);
+  EXPECT_EQ(frames_after("9007199254740992"), 0) << "it was elsewhere";
+  for (const std::string none : {"", "x", "4x", "-9223372036854775808", "9223372036854775807"})
+    EXPECT_EQ(frames_after(none), 7) << none;
 }
 
 TEST_F(SimulationsApi, ADeletedSimulationEndsItsStreams) {
