@@ -15,6 +15,7 @@ namespace isochor {
 namespace {
 
 constexpr std::size_t read_size = 64 * 1024;
+constexpr int reads_a_turn = 32;
 /// Of what a refused sender still sends, so that it gets to read why: clients send a body whole before they
 /// read.
 constexpr std::size_t max_discarded = 8 << 20;
@@ -52,6 +53,7 @@ void Connection::close() {
   pending_.reset();
   output_ = {};
   input_ = {};
+  admission_ = {};
 }
 
 bool Connection::on_readable(const Service& service, Clock::time_point now) {
@@ -93,14 +95,18 @@ bool Connection::read_head(const Service& service, Clock::time_point now) {
   return body.size() == admission_.body_bytes || read_body();
 }
 
+/// All that is there, as far as others do not have to wait: a body whose sender is gone is let go before the
+/// next one grows.
 bool Connection::read_body() {
   std::array<char, read_size> buffer;
   std::string& body = admission_.request.body;
-  const std::size_t missing = admission_.body_bytes - body.size();
-  const ssize_t got = receive(socket_.descriptor(), buffer.data(), std::min(buffer.size(), missing));
-  if (got == 0) close();
-  if (got <= 0) return false;
-  body.append(buffer.data(), static_cast<std::size_t>(got));
+  for (int reads = 0; reads < reads_a_turn && body.size() < admission_.body_bytes; ++reads) {
+    const std::size_t missing = admission_.body_bytes - body.size();
+    const ssize_t got = receive(socket_.descriptor(), buffer.data(), std::min(buffer.size(), missing));
+    if (got == 0) close();
+    if (got <= 0) return false;
+    body.append(buffer.data(), static_cast<std::size_t>(got));
+  }
   return body.size() == admission_.body_bytes;
 }
 
@@ -211,11 +217,14 @@ void Connection::finish(Clock::time_point now) {
   deadline_ = now + limits_.linger;
 }
 
-void Connection::on_tick(Clock::time_point now) {
+bool Connection::on_tick(Clock::time_point now) {
   if (state_ == State::parked || state_ == State::streaming) on_wake(now);
-  if (state_ == State::working || state_ == State::parked) return;
-  if (state_ == State::streaming && !has_output()) return;
-  if (now >= deadline_ || (state_ == State::writing && now >= opened_ + limits_.whole_answer)) time_out(now);
+  if (state_ == State::working || state_ == State::parked) return false;
+  if (state_ == State::streaming && !has_output()) return false;
+  const bool overdue =
+      now >= deadline_ || (state_ == State::writing && now >= opened_ + limits_.whole_answer);
+  if (overdue) time_out(now);
+  return overdue;
 }
 
 void Connection::time_out(Clock::time_point now) {

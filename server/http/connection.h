@@ -52,8 +52,8 @@ class Connection {
   void on_hangup();
   /// What a peer sends after its request is ignored; the reader of a stream that ends its side is gone.
   void discard_input();
-  /// Deadlines.
-  void on_tick(Clock::time_point now);
+  /// Deadlines: whether one has passed.
+  bool on_tick(Clock::time_point now);
   /// Something changed elsewhere: asks the parked answer, or for the next piece of the stream.
   void on_wake(Clock::time_point now);
 

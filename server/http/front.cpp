@@ -103,12 +103,16 @@ void Front::make_room() {
 }
 
 void Front::handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::time_point now) {
+  if (!entry.connection) return;
+  const std::uint64_t id = entry.connection->id();
   with(entry, [&](Connection& connection) {
     if ((events & EPOLLIN) != 0 && connection.on_readable(service_, now)) dispatch(connection, now);
     if ((events & EPOLLOUT) != 0 && !connection.closed()) connection.on_writable(now);
     if ((events & EPOLLRDHUP) != 0) connection.on_hangup();
     if ((events & (EPOLLERR | EPOLLHUP)) != 0) connection.close();
   });
+  // At once, or what little it has left would keep the memory of its body apart.
+  if (!entry.connection || entry.connection->closed()) connections_.entries().erase(id);
 }
 
 void Front::dispatch(Connection& connection, Clock::time_point now) {
@@ -133,15 +137,18 @@ void Front::take_answers(Clock::time_point now) {
       with(*entry, [&](Connection& connection) { connection.respond(std::move(answer.second), now); });
 }
 
-/// Answers that wait for something, deadlines, bounds over all connections, and those that have closed.
+/// Answers that wait for something, deadlines, bounds over all connections, and those that have closed. When
+/// thousands are overdue at once, their refusals take several sweeps: others want to be answered, too.
 void Front::sweep(Clock::time_point now) {
+  constexpr int most_overdue = 64;
+  int overdue = 0;
   last_tick_ = now;
   keep_memory_reserve();
   std::size_t heads = 0, bodies = 0, unsent = 0;
   auto& entries = connections_.entries();
   for (auto newest = entries.rbegin(); newest != entries.rend(); ++newest)
     with(newest->second, [&](Connection& connection) {
-      connection.on_tick(now);
+      if (overdue < most_overdue && connection.on_tick(now)) ++overdue;
       heads += connection.buffered_head();
       bodies += connection.declared_body();
       const bool crowded_out = unsent > limits_.unsent_bodies && connection.unsent_body() > 0;

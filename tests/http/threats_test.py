@@ -148,6 +148,13 @@ class Threats(unittest.TestCase):
             for peer in peers:
                 peer.close()
 
+    def test_bodies_whose_senders_vanish(self):
+        part = self.head("POST", "/api/v1/simulations", self.token(), "Content-Type: application/json",
+                         "Content-Length: 1000000") + b"[" * 200000
+        with self.bounded():
+            for _ in range(300):
+                self.server.connect(part).close()
+
     def test_slow_readers(self):
         with self.bounded():
             peers = [self.server.stream(self.model + path, receive_buffer=4096)
