@@ -2,7 +2,9 @@
 """What the server carries: viewers of live simulations, and /health meanwhile. Prints one line a figure, or one JSON
 document with --json; names of measures ask for these alone. ISOCHOR names the program (default:
 build/release/server/isochor)."""
+import http.client
 import json
+import multiprocessing
 import os
 import pathlib
 import selectors
@@ -44,25 +46,33 @@ class Viewers:
             peer.close()
 
 
+def ask_health(port, over):
+    """Again and again until told; then the seconds of each answer go back."""
+    seconds = []
+    while not over.poll(0.01):
+        start = time.perf_counter()
+        connection = http.client.HTTPConnection("127.0.0.1", port)
+        connection.request("GET", "/api/v1/health")
+        answer = connection.getresponse()
+        assert answer.status == 200 and answer.read()
+        connection.close()
+        seconds.append(time.perf_counter() - start)
+    over.send(seconds)
+
+
 class Health:
-    """Asked again and again; seconds of each answer."""
+    """Asked from a process of its own, which does not wait for the readers' interpreter."""
 
     def __init__(self, server):
-        self.seconds, self.over = [], threading.Event()
-
-        def ask():
-            while not self.over.is_set():
-                start = time.perf_counter()
-                server.get("/health")
-                self.seconds.append(time.perf_counter() - start)
-                self.over.wait(0.01)
-        self.thread = threading.Thread(target=ask)
-        self.thread.start()
+        spawn = multiprocessing.get_context("spawn")
+        self.control, asker = spawn.Pipe()
+        self.process = spawn.Process(target=ask_health, args=(server.port, asker))
+        self.process.start()
 
     def close(self):
-        self.over.set()
-        self.thread.join()
-        ordered = sorted(self.seconds)
+        self.control.send("over")
+        ordered = sorted(self.control.recv())
+        self.process.join()
         return {"median_ms": 1e3 * statistics.median(ordered), "p99_ms": 1e3 * ordered[int(0.99 * len(ordered))],
                 "max_ms": 1e3 * ordered[-1]}
 
