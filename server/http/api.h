@@ -62,8 +62,8 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress);
 /// has none.
 std::unique_ptr<Simulation> build_simulation(Api& api, const std::string& id, Scene scene,
                                              Progress& progress);
-/// The text of a sample scene. Throws a refusal, 404.
-const std::string& sample_scene(const Api& api, const std::string& name);
+/// Its mesh files are those of the samples. Throws a refusal, 404.
+Scene sample_scene(const Api& api, const std::string& name);
 
 /// The simulation that the path names; throws Missing.
 std::shared_ptr<SimulationRunner> find_runner(Api& api, const Request& request);

@@ -3,6 +3,7 @@
 #include "core/parallel/cancel_scope.h"
 #include "core/parameters/parameters.h"
 #include "core/scene/memory_estimate.h"
+#include "core/scene/read_scene.h"
 #include "server/http/api.h"
 #include "server/http/service.h"
 #include "server/store/content_id.h"
@@ -76,7 +77,7 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
   const auto resolve = [&](auto& shape) {
     const auto* named = std::get_if<MeshShape>(&shape);
     if (!named) return;
-    const std::string name = named->file.generic_string();
+    const std::string name = named->file.lexically_normal().generic_string();
     if (name.starts_with('d')) {
       if (const auto known = api.catalog.find_model(name)) {
         shape = ModelShape{known->model};
@@ -105,8 +106,9 @@ std::unique_ptr<Simulation> build_simulation(Api& api, const std::string& id, Sc
   return compile(scene, progress);
 }
 
-const std::string& sample_scene(const Api& api, const std::string& name) {
-  if (const Samples::Sample* sample = api.samples.scene(name)) return sample->text;
+Scene sample_scene(const Api& api, const std::string& name) {
+  if (const Samples::Sample* sample = api.samples.scene(name))
+    return read_scene(sample->text, std::filesystem::path(sample->file).parent_path());
   refuse(404, "not_found", "no such sample", "GET /api/v1/samples lists them");
 }
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "core/scene/read_scene.h"
 #include "server/http/api.h"
 #include "server/http/query.h"
 #include "server/http/service.h"
@@ -36,7 +35,7 @@ void check_resolutions(Api& api, const Scene& scene, std::optional<std::vector<d
 
 JobQueue::Work scene_work(Api& api, const SceneReportRequest& request, std::optional<double> budget_ms) {
   const auto* sample = std::get_if<std::string>(&request.scene);
-  const Scene scene = sample ? read_scene(sample_scene(api, *sample), "") : std::get<Scene>(request.scene);
+  const Scene scene = sample ? sample_scene(api, *sample) : std::get<Scene>(request.scene);
   SceneReportOptions options = request.options;
   check_scene_report(scene, options, api.memory_limit / report_share);
   check_resolutions(api, scene, options.axes.resolutions);

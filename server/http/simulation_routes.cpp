@@ -31,9 +31,10 @@ Response when(const std::shared_ptr<SimulationRunner>& runner, int status, int l
   return response;
 }
 
-const std::string& scene_text(const Api& api, const std::string& body) {
+Scene wanted_scene(const Api& api, const std::string& body) {
   const auto wanted = read_simulation_request(body);
-  return wanted.sample ? sample_scene(api, *wanted.sample) : body;
+  // An empty base keeps the names of meshes as they were given: they are looked up, never opened.
+  return wanted.sample ? sample_scene(api, *wanted.sample) : read_scene(body, "");
 }
 
 /// The first build goes on from where `before` stands; a restart begins as the scene says.
@@ -47,8 +48,7 @@ Simulations::Build build_of(Api& api, const Scene& scene, std::shared_ptr<Simula
 }
 
 Response post_simulation(Api& api, const Request& request) {
-  // An empty base keeps the names of meshes as they were given: they are looked up, never opened.
-  const Scene scene = read_scene(scene_text(api, request.body), "");
+  const Scene scene = wanted_scene(api, request.body);
   RunOptions options;
   options.fast = query_choice(request, "pace", {"realtime", "fast"}, 0) == 1;
   options.playing = query_choice(request, "state", {"paused", "playing"}, 0) == 1;

@@ -280,6 +280,13 @@ TEST_F(SimulationsApi, AMeshBecomesABodyByItsName) {
   EXPECT_EQ(client_.send_json("POST", "/api/v1/simulations?wait_ms=10000", scene).status, 201);
 }
 
+TEST_F(SimulationsApi, EverySampleSceneIsPrepared) {
+  const json samples = client_.get("/api/v1/samples").json();
+  EXPECT_GE(samples["scenes"].size(), 14U);
+  for (const json& scene : samples["scenes"])
+    client_.send("DELETE", create({{"sample", scene["name"]}}, "?wait_ms=10000"));
+}
+
 TEST_F(SimulationsApi, FaultyScenesAreNamedProblems) {
   const auto post = [&](const json& scene) {
     return client_.send_json("POST", "/api/v1/simulations", scene);
