@@ -162,14 +162,38 @@ SurfaceQuery CollisionMesh::query(const Vec3& point) const {
   return {value, steepness > 0.0 ? Vec3(gradient / steepness) : Vec3(Vec3::UnitY())};
 }
 
+namespace {
+
+/// The part of the way from one point to another within a box, as fractions of it.
+std::optional<std::array<double, 2>> way_within(const Box& box, const Vec3& from, const Vec3& to) {
+  double enter = 0.0, leave = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double step = to[axis] - from[axis];
+    if (step == 0.0 && !(from[axis] >= box.min[axis] && from[axis] <= box.max[axis])) return std::nullopt;
+    if (step == 0.0) continue;
+    const double low = (box.min[axis] - from[axis]) / step, high = (box.max[axis] - from[axis]) / step;
+    enter = std::max(enter, std::min(low, high));
+    leave = std::min(leave, std::max(low, high));
+  }
+  if (!(enter <= leave) || !(to - from).allFinite()) return std::nullopt;
+  return std::array{enter, leave};
+}
+
+}  // namespace
+
 std::optional<SweepHit> CollisionMesh::sweep(const Vec3& from, const Vec3& to) const {
-  const double length = (to - from).norm();
-  if (query(from).distance < 0.0 || length == 0.0) return std::nullopt;
-  const auto point = [&](double s) -> Vec3 { return from + s / length * (to - from); };
+  const auto way = way_within(bounds_, from, to);
+  if (!way || from == to || query(from).distance < 0.0) return std::nullopt;
+  const auto [enter, leave] = *way;
+  const Vec3 first = from + enter * (to - from), path = from + leave * (to - from) - first;
+  const double length = path.norm();
+  const auto distance_at = [&](double s) {
+    return query(length > 0.0 ? Vec3(first + s / length * path) : first).distance;
+  };
   // The interpolated distance may overestimate by a factor of √3.
   double outside = 0.0, s = 0.0;
   while (true) {
-    const double d = query(point(s)).distance;
+    const double d = distance_at(s);
     if (d < 0.0) break;
     if (s >= length) return std::nullopt;
     outside = s;
@@ -177,9 +201,10 @@ std::optional<SweepHit> CollisionMesh::sweep(const Vec3& from, const Vec3& to) c
   }
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (outside + s);
-    (query(point(middle)).distance < 0.0 ? s : outside) = middle;
+    (distance_at(middle) < 0.0 ? s : outside) = middle;
   }
-  return SweepHit{outside / length, query(point(outside)).normal};
+  const double part = length > 0.0 ? outside / length : 0.0;
+  return SweepHit{enter + part * (leave - enter), query(first + part * path).normal};
 }
 
 namespace {

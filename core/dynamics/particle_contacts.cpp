@@ -41,15 +41,18 @@ Basis basis_of(const Contact& contact) {
 /// The point nearest to x on all planes of the contact at once (on their intersection).
 template <class Contact>
 Vec3 onto_planes(const Contact& contact, Vec3 x) {
-  Basis basis;
-  for (int k = 0; k < contact.planes; ++k) {
-    const ContactPlane& plane = contact.plane[k];
-    const int before = basis.size;
-    basis.add(plane.normal);
-    if (basis.size == before) continue;
-    // Along the new axis only, so that the planes before stay met.
-    const Vec3& axis = basis.axis[before];
-    x += axis * ((plane.offset - plane.normal.dot(x)) / plane.normal.dot(axis));
+  constexpr int passes = 2;  // from 1e17 m away, round-off leaves the first one anywhere
+  for (int pass = 0; pass < passes; ++pass) {
+    Basis basis;
+    for (int k = 0; k < contact.planes; ++k) {
+      const ContactPlane& plane = contact.plane[k];
+      const int before = basis.size;
+      basis.add(plane.normal);
+      if (basis.size == before) continue;
+      // Along the new axis only, so that the planes before stay met.
+      const Vec3& axis = basis.axis[before];
+      x += axis * ((plane.offset - plane.normal.dot(x)) / plane.normal.dot(axis));
+    }
   }
   return x;
 }

@@ -145,7 +145,7 @@ class RigidSweep {
     if (!hit && at_end.distance >= 0.0) {
       const SurfaceQuery at_start = shape_.query(start);
       take(start, at_start.normal);
-      return std::abs(at_start.distance) <= slop_ && normal.dot(end - start) < -slop_;
+      return at_start.distance <= slop_ && normal.dot(end - start) < -slop_;
     }
     if (hit && (at_end.distance >= 0.0 || hit->normal.dot(at_end.normal) < same_side)) {
       take(start + hit->fraction * (end - start), hit->normal);

@@ -53,5 +53,17 @@ TEST(MeshShape, NothingPassesThrough) {
   EXPECT_FALSE(ball.sweep({-100.0, 1.2, 0.0}, {100.0, 1.2, 0.0}));
 }
 
+TEST(MeshShape, ASweepOfAnyLengthEnds) {
+  const CollisionMesh ball = sample_mesh("sphere.obj", 32, 2.0);
+  for (const double far : {1e10, 1e18, 1e200, 1e308}) {
+    const auto hit = ball.sweep({-2.0, 0.1, 0.0}, {far, 0.1, 0.0});
+    ASSERT_TRUE(hit) << far;
+    EXPECT_LT(hit->normal.x(), -0.9) << far;
+    EXPECT_FALSE(ball.sweep({2.0, 0.1, 0.0}, {far, 0.1, 0.0})) << far;
+  }
+  EXPECT_FALSE(ball.sweep({-2.0, 0.0, 0.0}, {std::nan(""), 0.0, 0.0}));
+  EXPECT_FALSE(ball.sweep({-2.0, 0.0, 0.0}, {HUGE_VAL, 0.0, 0.0}));
+}
+
 }  // namespace
 }  // namespace isochor
