@@ -105,21 +105,19 @@ void StencilSolver::apply_carriers(const EarlierDirections& earlier, float* imag
   }
 }
 
-/// to = box⁻¹·scaled_ (or scaled_ itself). Each slab's part of scaled_ is made by before(i, slab) and that of
-/// to used by after(i, slab), while they are in the cache.
+/// to = box⁻¹·scaled, or scaled itself. Each slab's part of scaled is made by before(i, slab, scaled) and
+/// that of to used by after(i, slab), while they are in the cache.
 template <class Before, class After>
 void StencilSolver::invert_box(const Before& before, float* to, const After& after) {
   if (!box_) {
     layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
-      before(i, slab);
-      for (const Run& run : slab.cells)
-        std::copy(scaled_.data() + run.begin, scaled_.data() + run.end, to + run.begin);
+      before(i, slab, to);
       after(i, slab);
     });
     return;
   }
   layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
-    before(i, slab);
+    before(i, slab, scaled_.data());
     box_->forward(slab, scaled_.data());
   });
   box_->solve_columns();
@@ -133,9 +131,9 @@ void StencilSolver::invert_box(const Before& before, float* to, const After& aft
 Products StencilSolver::precondition(const EarlierDirections& earlier, const float* factors,
                                      const Direction& direction) {
   invert_box(
-      [&](std::int64_t, const LatticeLayout::Slab& slab) {
+      [&](std::int64_t, const LatticeLayout::Slab& slab, float* scaled) {
         stencil_kernels().combine(as_runs(slab.cells), earlier, factors, z_.data(), direction, scale_.data(),
-                                  scaled_.data());
+                                  scaled);
       },
       direction.preconditioned,
       [&](std::int64_t i, const LatticeLayout::Slab& slab) {
@@ -168,9 +166,9 @@ float StencilSolver::worst_partial() const {
 float StencilSolver::start(const double* errors) {
   const Direction first{nullptr, residual_.data(), z_.data()};
   invert_box(
-      [&](std::int64_t i, const LatticeLayout::Slab& slab) {
+      [&](std::int64_t i, const LatticeLayout::Slab& slab, float* scaled) {
         partial_[i].worst = stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(),
-                                                    solution_.data(), residual_.data(), scaled_.data());
+                                                    solution_.data(), residual_.data(), scaled);
       },
       z_.data(),
       [&](std::int64_t, const LatticeLayout::Slab& slab) {

@@ -181,7 +181,6 @@ void slide(const Substep& step, SceneSoftBody& soft) {
 
 void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.began_inverted = soft.inverted;
-  const bool steady = !soft.recovered;
   soft.recovered = false;
   soft.pressed_implicitly = soft.implicit && soft.contacts;
   if (soft.contacts)
@@ -192,11 +191,9 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
   if (soft.unbalanced && step.may_halve) return;
   if (soft.unbalanced) let_go(step, soft);
-  // An implicit solve knows the volume already. Recovery moves the body where no multiplier says: nothing
-  // that the last substep needed is known then.
-  if (!soft.implicit)
+  if (!soft.implicit)  // which knows the volume already
     step.world.phases.run(Phase::volume, [&] {
-      soft.body.projector->begin_step(soft.body.start_positions, steady ? step.h : 0.0, soft.body.positions);
+      soft.body.projector->begin_step(soft.body.start_positions, step.h, soft.body.positions);
     });
   const auto meet = [&] {
     return soft.contacts ? project_with_contacts(step, soft) : project(step, soft, make_request(step, soft));
