@@ -24,6 +24,9 @@ struct DistanceField {
   int padding = 0;  ///< voxels around the soup's box
 };
 
+/// Every stride-th voxel of a field: as exact, on a grid whose voxels are that much larger.
+DistanceField thinned(const DistanceField& field, int stride);
+
 /// The grid alone: cubic voxels, centred on the soup's box. Throws invalid_argument.
 Grid distance_grid(const Box& box, const DistanceFieldOptions& options);
 

@@ -27,6 +27,9 @@ std::int64_t expected_cells(const SoupSize& soup, const MeshingOptions& options,
   return std::llround(std::max({1.0, solid / std::pow(cell, 3), sheet / std::pow(cell, 3)}));
 }
 
+constexpr int preview_voxels = 64;
+constexpr double least_p_in_voxels = 0.87;  // √3/2: half a step of a diagonal ray
+
 template <class Fits>
 int largest_fitting(int from, int step, int least, Fits&& fits) {
   int value = from;
@@ -88,15 +91,30 @@ std::int64_t memory_budget() {
 }
 
 MeshingOptions preview_options(const MeshingOptions& options) {
-  constexpr int most_voxels = 64;
   MeshingOptions preview = options;
-  preview.voxels = std::min(options.voxels, most_voxels);
+  preview.voxels = std::min(options.voxels, preview_voxels);
   const double scale = static_cast<double>(preview.voxels) / options.voxels;
   PseudoVolumeOptions& thresholds = preview.pseudo_volume;
-  thresholds.p_in_voxels = std::max(0.87, scale * thresholds.p_in_voxels);
+  thresholds.p_in_voxels = std::max(least_p_in_voxels, scale * thresholds.p_in_voxels);
   thresholds.p_subs_voxels = std::max(thresholds.p_in_voxels, scale * thresholds.p_subs_voxels);
   preview.lattice.cells = std::min(options.lattice.cells, preview.voxels / 2);
   return preview;
+}
+
+int preview_stride(const MeshingOptions& options) {
+  const PseudoVolumeOptions& thresholds = options.pseudo_volume;
+  if (thresholds.p_in || thresholds.p_subs) return 1;
+  const int of_voxels = options.voxels / std::max(preview_voxels, 2 * options.lattice.cells),
+            of_thresholds = static_cast<int>(thresholds.p_in_voxels / least_p_in_voxels);
+  return std::max(1, std::min(of_voxels, of_thresholds));
+}
+
+MeshingOptions thinned(const MeshingOptions& options, int stride) {
+  MeshingOptions thin = options;
+  thin.voxels /= stride;
+  thin.pseudo_volume.p_in_voxels /= stride;
+  thin.pseudo_volume.p_subs_voxels /= stride;
+  return thin;
 }
 
 }  // namespace isochor

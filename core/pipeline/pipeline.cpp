@@ -39,6 +39,19 @@ AuthoringPipeline::AuthoringPipeline(AuthoringPipeline&&) noexcept = default;
 AuthoringPipeline& AuthoringPipeline::operator=(AuthoringPipeline&&) noexcept = default;
 
 std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& options, Progress& progress) {
+  stages_->thin({}, 1);
+  return run_stages(options, progress);
+}
+
+std::shared_ptr<const Model> AuthoringPipeline::run_thinned(const MeshingOptions& options,
+                                                            const std::shared_ptr<const DistanceField>& field,
+                                                            int stride, Progress& progress) {
+  stages_->thin(field, stride);
+  return run_stages(options, progress);
+}
+
+std::shared_ptr<const Model> AuthoringPipeline::run_stages(const MeshingOptions& options,
+                                                           Progress& progress) {
   const CancelScope scope(progress);
   check_budget(stages_->size(), options, memory_budget());
   std::shared_ptr<Model> model = stages_->run(options, progress);
@@ -49,6 +62,7 @@ std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& option
 
 std::int64_t AuthoringPipeline::count_tets(const MeshingOptions& options, Progress& progress) {
   const CancelScope scope(progress);
+  stages_->thin({}, 1);
   check_budget(stages_->size(), options, memory_budget());
   return 5 * stages_->run_to_lattice(options, progress)->lattice->kept_count;
 }

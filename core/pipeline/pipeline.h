@@ -81,6 +81,12 @@ std::int64_t memory_budget();
 /// answer within 100 ms while a slider moves. Run it in a pipeline of its own, which keeps the coarse field.
 MeshingOptions preview_options(const MeshingOptions& options);
 
+/// How many voxels a preview may step over in the field of these options, which is at hand: it keeps 64, two
+/// a cell, and the least that P_in takes. 1: all of them are needed.
+int preview_stride(const MeshingOptions& options);
+/// The same model on every stride-th voxel.
+MeshingOptions thinned(const MeshingOptions& options, int stride);
+
 /// What is known of a soup already; inspecting it takes about as long as its distance field.
 struct KnownInput {
   std::shared_ptr<const MeshReport> report;
@@ -100,11 +106,17 @@ class AuthoringPipeline {
   /// cancelled; after a throw the stages that were finished are kept.
   std::shared_ptr<const Model> run(const MeshingOptions& options, Progress& progress);
 
+  /// The same from every stride-th voxel of a field of the same soup, whose own options are thinned to these.
+  std::shared_ptr<const Model> run_thinned(const MeshingOptions& options,
+                                           const std::shared_ptr<const DistanceField>& field, int stride,
+                                           Progress& progress);
+
   /// How many tets that would give, at the cost of the stages up to the lattice.
   std::int64_t count_tets(const MeshingOptions& options, Progress& progress);
 
  private:
   struct Stages;
+  std::shared_ptr<const Model> run_stages(const MeshingOptions& options, Progress& progress);
   std::unique_ptr<Stages> stages_;
 };
 

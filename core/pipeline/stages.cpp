@@ -38,6 +38,12 @@ const SoupSize& PipelineStages::size() {
   return *size_;
 }
 
+void PipelineStages::thin(const std::shared_ptr<const DistanceField>& fine, int stride) {
+  if (fine_.lock() == fine && stride_ == stride) return;
+  fine_ = fine, stride_ = stride;
+  field_.result.reset();
+}
+
 template <class Noun, class Options, class Make>
 std::shared_ptr<const Noun> PipelineStages::update(std::string_view name, std::int64_t source,
                                                    Stage<Noun, Options>& stage, const Options& options,
@@ -80,7 +86,8 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
   reports_.clear();
   const DistanceFieldOptions field{options.voxels, field_padding};
   model->field = update("distance_field", 0, field_, field, [&] {
-    DistanceField made = make_distance_field(*soup_, field, progress);
+    const auto fine = fine_.lock();
+    DistanceField made = fine ? thinned(*fine, stride_) : make_distance_field(*soup_, field, progress);
     const auto rule = enclosing_rule(*input_);
     enclosed_ = rule ? enclosed_voxels(*soup_, made, *rule, progress) : std::nullopt;
     return made;

@@ -28,6 +28,9 @@ class PipelineStages {
   std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress);
   std::shared_ptr<Model> run_to_lattice(const MeshingOptions& options, Progress& progress);
   const SoupSize& size();
+  /// From now on the field is every stride-th voxel of this one, which others hold; of none: made from the
+  /// soup.
+  void thin(const std::shared_ptr<const DistanceField>& fine, int stride);
 
  private:
   template <class Noun, class Options, class Make>
@@ -42,6 +45,8 @@ class PipelineStages {
   std::optional<SoupSize> size_;
   std::shared_ptr<const MeshReport> input_;
   std::optional<MeasuredSoup> measured_soup_;
+  std::weak_ptr<const DistanceField> fine_;
+  int stride_ = 1;
   Stage<DistanceField, DistanceFieldOptions> field_;
   std::optional<BitVolume> enclosed_;  ///< made with the field; of watertight soups
   Stage<PseudoVolume, PseudoVolumeOptions> pseudo_volume_;

@@ -28,10 +28,11 @@ double overall(std::string_view phase, double fraction) {
   return 0.0;
 }
 
-bool has_field(StoredMesh& mesh, const MeshingOptions& options) {
+/// The last full model, where its distance field is that of these options; null where it is not.
+std::shared_ptr<const Model> full_model_of_field(StoredMesh& mesh, const MeshingOptions& options) {
   return mesh.remembered.with([&](const auto& models) {
     const auto& full = models.front();
-    return full && full->options.voxels == options.voxels;
+    return full && full->options.voxels == options.voxels ? full : nullptr;
   });
 }
 
@@ -58,16 +59,23 @@ std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& add
 
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
                                               const MeshingOptions& asked, bool preview, Progress& progress) {
-  // Coarse only where a full run would not be quick: with the distance field at hand, it is.
-  const bool coarse = preview && !has_field(*mesh, asked);
-  const MeshingOptions options = coarse ? preview_options(asked) : asked;
-  const std::string id = content_id("d", mesh->id + " " + describe(options));
+  // Coarse only where a full run would not be quick. With the distance field at hand it is, but for the rays,
+  // which then sweep a part of its voxels.
+  const auto full = preview ? full_model_of_field(*mesh, asked) : nullptr;
+  const bool same_rays = full && full->options.pseudo_volume == asked.pseudo_volume;
+  const int stride = full && !same_rays ? preview_stride(asked) : 1;
+  const bool coarse = preview && (!full || stride > 1);
+  const MeshingOptions options = !coarse ? asked : full ? thinned(asked, stride) : preview_options(asked);
+  const std::string id = content_id(
+      "d", mesh->id + " " + describe(options) + (stride > 1 ? " thinned by " + std::to_string(stride) : ""));
   if (auto known = api.catalog.find_model(id)) return known;
   check_budget(mesh->known.size, options, api.memory_limit);
   Progress whole = progress.with_sink(
       [&](std::string_view phase, double fraction) { progress.report(phase, overall(phase, fraction)); });
   auto& pipeline = coarse ? mesh->preview : mesh->full;
-  auto model = pipeline.with([&](AuthoringPipeline& stages) { return stages.run(options, whole); });
+  auto model = pipeline.with([&](AuthoringPipeline& stages) {
+    return stride > 1 ? stages.run_thinned(options, full->field, stride, whole) : stages.run(options, whole);
+  });
   mesh->remembered.with([&](auto& models) { models[coarse ? 1 : 0] = model; });
   api.catalog.evict(api.simulations.bytes());
   return api.catalog.add({id, mesh->id, std::move(model)});

@@ -57,6 +57,31 @@ TEST(DistanceField, IsKnownByHandForATriangle) {
   EXPECT_NEAR(field.distance[field.grid.index(4, 4, 4)], 0.0F, 1e-6F);
 }
 
+TEST(DistanceField, ThinnedHoldsTheSameDistancesOnLargerVoxels) {
+  Progress progress;
+  const DistanceField field = make_distance_field(triangle, {30, 5}, progress);
+  const auto middle = [](const Grid& grid) {
+    return Vec3(grid.origin + 0.5 * grid.spacing * grid.size.cast<double>());
+  };
+  for (const int stride : {1, 2, 3}) {
+    const DistanceField coarse = thinned(field, stride);
+    const Grid& grid = coarse.grid;
+    EXPECT_DOUBLE_EQ(grid.spacing, 0.1 * stride);
+    EXPECT_LT((middle(grid) - middle(field.grid)).cwiseAbs().maxCoeff(), 0.05 * stride);
+    EXPECT_GE(coarse.padding, 4 / stride);
+    ASSERT_EQ(std::ssize(coarse.distance), grid.count());
+    for (int k = 0; k < grid.size.z(); ++k)
+      for (int j = 0; j < grid.size.y(); ++j)
+        for (int i = 0; i < grid.size.x(); ++i) {
+          const Vec3 at = (grid.center(i, j, k) - field.grid.center(0, 0, 0)) / field.grid.spacing;
+          const Vec3i voxel = at.array().round().cast<int>();
+          ASSERT_LT((at - voxel.cast<double>()).norm(), 1e-9);
+          ASSERT_EQ(coarse.distance[grid.index(i, j, k)],
+                    field.distance[field.grid.index(voxel.x(), voxel.y(), voxel.z())]);
+        }
+  }
+}
+
 TEST(DistanceField, NamesTheLargestVoxelsThatFit) {
   DistanceFieldOptions options{400, 4, std::int64_t{30} << 20};
   const Error error = failure(test::torus(1.0, 0.9, 8), options);

@@ -156,6 +156,28 @@ TEST_F(Resources, TheSameRequestIsTheSameModelAndWhatStaysIsReused) {
   EXPECT_EQ(other["model"]["stages"][2]["reused"], false);
 }
 
+TEST_F(Resources, APreviewIsCoarseWhereRaysAreCastAnew) {
+  const std::string mesh = upload("cube");
+  const auto preview = [&](const json& params) {
+    const json job =
+        client_.finish(client_
+                           .send_json("POST", "/api/v1/models",
+                                      {{"mesh_id", mesh}, {"params", params}, {"quality", "preview"}})
+                           .json());
+    return job["result"];
+  };
+  const json moved = {{"voxels", 128}, {"cells", 16}, {"p_in_voxels", 2.0}, {"p_subs_voxels", 3.0}};
+  make_model(mesh, {{"voxels", 128}, {"cells", 12}});
+  EXPECT_EQ(preview({{"voxels", 128}, {"cells", 16}})["model"]["params"]["voxels"], 128);
+  const json coarse = preview(moved), exact = make_model(mesh, moved);
+  EXPECT_EQ(coarse["model"]["params"]["voxels"], 64);
+  EXPECT_EQ(coarse["model"]["params"]["p_in_voxels"], 1.0);
+  EXPECT_EQ(exact["model"]["params"]["voxels"], 128);
+  json asked = moved;
+  asked.update({{"voxels", 64}, {"p_in_voxels", 1.0}, {"p_subs_voxels", 1.5}});
+  EXPECT_NE(make_model(mesh, asked)["model_id"], coarse["model_id"]);  // whose voxels stand elsewhere
+}
+
 TEST_F(Resources, FaultyParametersAreListedWithTheirRanges) {
   const HttpResponse response =
       client_.send_json("POST", "/api/v1/models",

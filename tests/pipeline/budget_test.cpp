@@ -100,5 +100,20 @@ TEST(Budget, APreviewKeepsDistancesAtFewerVoxels) {
   EXPECT_EQ(preview_options(options).voxels, 40);
 }
 
+TEST(Budget, APreviewStepsOverVoxelsThatNeitherCellsNorThresholdsNeed) {
+  const auto stride = [](int voxels, int cells, double p_in) {
+    MeshingOptions options;
+    options.voxels = voxels, options.lattice.cells = cells;
+    options.pseudo_volume.p_in_voxels = p_in;
+    return preview_stride(options);
+  };
+  EXPECT_EQ(stride(128, 24, 4.0), 2);
+  EXPECT_EQ(stride(128, 24, 1.0), 1);
+  EXPECT_EQ(stride(128, 48, 4.0), 1);
+  EXPECT_EQ(stride(512, 48, 8.0), 5);
+  EXPECT_EQ(stride(512, 48, 2.0), 2);
+  EXPECT_EQ(stride(40, 10, 4.0), 1);
+}
+
 }  // namespace
 }  // namespace isochor

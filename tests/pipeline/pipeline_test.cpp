@@ -65,6 +65,23 @@ TEST(Pipeline, RecomputesFromTheFirstStageThatChanged) {
   EXPECT_EQ(recomputed(*pipeline.run(options, progress)), all);
 }
 
+TEST(Pipeline, APreviewStepsOverVoxelsOfTheFieldAtHand) {
+  const auto soup = shared(test::sphere(0.5));
+  AuthoringPipeline pipeline(soup), previews(soup);
+  MeshingOptions options;
+  options.pseudo_volume.p_in_voxels = 2.0, options.pseudo_volume.p_subs_voxels = 3.0;
+  Progress progress;
+  const auto full = pipeline.run(options, progress);
+  EXPECT_EQ(preview_stride(options), 2);
+  const MeshingOptions coarse = thinned(options, 2);
+  const auto preview = previews.run_thinned(coarse, full->field, 2, progress);
+  EXPECT_DOUBLE_EQ(preview->field->grid.spacing, 2.0 * full->field->grid.spacing);
+  EXPECT_DOUBLE_EQ(preview->pseudo_volume->thresholds.d_in, full->pseudo_volume->thresholds.d_in);
+  EXPECT_NEAR(preview->quality.volume / full->quality.volume, 1.0, 0.02);
+  EXPECT_TRUE(previews.run_thinned(coarse, full->field, 2, progress)->stages.front().reused);
+  EXPECT_FALSE(previews.run(coarse, progress)->stages.front().reused);
+}
+
 TEST(Pipeline, AReusedResultIsThatOfAFreshRun) {
   const auto soup = shared(test::torus(0.35, 0.15));
   AuthoringPipeline pipeline(soup);

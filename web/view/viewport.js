@@ -3,7 +3,7 @@ import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
 const fov = 32, margin = 1.3;  // degrees; room around what fits, for the controls over the view
-const slow_picture = 50, settled = 250, poll = 2;  // milliseconds
+const slow_picture = 30, settled = 250, poll = 2;  // milliseconds
 
 /// three.js' layer of what is drawn only when the picture is sharp.
 export const fine_layer = 1;
