@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "core/report/material_points.h"
@@ -404,8 +405,10 @@ SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, 
 
 const ScenePoint* fit_budget(const SceneReport& report, double budget_ms) {
   const ScenePoint* best = nullptr;
-  const auto key = [](const ScenePoint& p) {
-    return std::pair(p.errors.trajectory_rms, p.errors.max_cell_volume);
+  const double floor = error_floor(report, scene_error_fields().front());
+  const auto key = [&](const ScenePoint& p) {
+    return std::tuple(std::max(p.errors.trajectory_rms, floor), p.errors.max_cell_volume,
+                      p.ms_per_step.median);
   };
   for (const ScenePoint& point : report.points)
     if (point.outcome == Outcome::converged && point.fits_ms() <= budget_ms &&

@@ -109,7 +109,8 @@ std::vector<FittedOrder> fitted_orders(const SceneReport& report);
 /// What an error has to exceed to be told from round-off and from the error of the reference.
 double error_floor(const SceneReport& report, const SceneErrorField& field);
 
-/// The point with the smallest trajectory error (then cell error) that converged and fits the budget.
+/// The point with the smallest trajectory error that converged and fits the budget. Errors that cannot be
+/// told from the reference's own are alike: there the smallest cell error counts, then the time.
 const ScenePoint* fit_budget(const SceneReport& report, double budget_ms);
 
 }  // namespace isochor

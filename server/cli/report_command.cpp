@@ -136,13 +136,19 @@ void fit_scene_budget(const CliContext& context, const SceneReport& report, doub
                     budget_ms),
         "lower --resolutions, or allow a larger budget");
   write_file(folder / "budget.json", encode_settings(best->settings));
+  const SceneErrorField& trajectory = scene_error_fields().front();
+  const bool told = best->errors.trajectory_rms > error_floor(report, trajectory);
   context.note(
       fmt::format("within {:g} ms: {} and {} springs with {} substeps to {:g}: {:.3g} ms a step, {:.3g} ms "
                   "in 95 % of them, "
-                  "trajectory error {:.2e} m; wrote {}",
+                  "trajectory error {:.2e} m{}; wrote {}",
                   budget_ms, solver_name(best->settings.solver), springs_name(best->settings.springs),
                   best->settings.substeps, best->settings.tolerance, best->ms_per_step.median, best->ms_p95,
-                  best->errors.trajectory_rms, (folder / "budget.json").string()));
+                  best->errors.trajectory_rms,
+                  told ? ""
+                       : fmt::format(", no more than the reference's own: chosen by the cell error of {:.2e}",
+                                     best->errors.max_cell_volume),
+                  (folder / "budget.json").string()));
 }
 
 /// The file's id, and that of the meshes it names.

@@ -122,5 +122,18 @@ TEST(SceneOrders, BudgetTakesTheSmallestErrorThatFits) {
   EXPECT_EQ(fit_budget(report, 0.5), nullptr);
 }
 
+TEST(SceneOrders, BudgetTellsNoErrorsApartThatAreTheReferencesOwn) {
+  SceneReport report;
+  report.points = {planted(1, 1e-2, 0.1), planted(1, 1e-2, 0.2), planted(1, 1e-2, 0.3),
+                   planted(1, 1e-2, 0.5)};
+  const std::array cell_errors{1e-3, 1e-6, 1e-6, 1e-9};
+  for (std::size_t i = 0; i < cell_errors.size(); ++i)
+    report.points[i].errors.max_cell_volume = cell_errors[i];
+  report.points[2].ms_per_step.median *= 0.5;
+  EXPECT_EQ(fit_budget(report, 1e3), report.points.data());
+  report.reference.errors.trajectory_rms = 0.1;  // four times that is above all but the last
+  EXPECT_EQ(fit_budget(report, 1e3), &report.points[2]);
+}
+
 }  // namespace
 }  // namespace isochor

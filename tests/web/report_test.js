@@ -1,5 +1,10 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
+import {execFile} from 'node:child_process';
+import {mkdtemp, readFile, rm, writeFile} from 'node:fs/promises';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
+import {promisify} from 'node:util';
 import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
 
 const suite = browser_tests();
@@ -60,4 +65,46 @@ test('the stability suite is seen as a map of stiffness over step', async () => 
   await stability.getByText(/of \d+ cases hold so far/).waitFor();
   no_complaints(page);
   await page.context().close();
+});
+
+const falling = {duration: 0.05, frame_rate: 60, gravity: [0, -9.81, 0], bodies: [{type: 'deformable', edge_stiffness: 100, diagonal_stiffness: 100,
+  lattice: {cells: [1, 1, 1], cell_size: 1, origin: [0, 0, 0]}, angular_velocity: [0, 1, 2]}]};
+
+/// The self-contained page of a real report, its document changed.
+async function report_page(folder, change) {
+  await writeFile(join(folder, 'scene.json'), JSON.stringify(falling));
+  await promisify(execFile)(process.env.ISOCHOR_BINARY, ['report', join(folder, 'scene.json'), '-o', folder, '-q', '--repeats', '1', '--refinement', '2',
+    '--solvers', 'newton', '--tolerances', '1e-2,1e-6', '--substeps', '1,2', '--resolutions', '1']);
+  const html = await readFile(join(folder, 'report.html'), 'utf8'), [document] = /(?<=id="report">).*?(?=<)/s.exec(html);
+  const report = JSON.parse(document);
+  change(report);
+  await writeFile(join(folder, 'report.html'), html.replace(document, () => JSON.stringify(report)));
+  return `file://${folder}/report.html`;
+}
+
+test('the self-contained report says how the points ended, and plots the finite ones alone', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'isochor-'));
+  const page = await suite.browser.newPage();
+  const faults = [];
+  page.on('pageerror', error => faults.push(error.stack));
+  try {
+    await page.goto(await report_page(folder, ({points}) => {
+      Object.assign(points[0], {outcome: 'blew_up', reason: 'a point left the scene'});
+      Object.assign(points[1], {outcome: 'infeasible', reason: 'the tolerance was not met'});
+      for (const point of points) Object.assign(point.errors, {max_cell_volume: point === points[0] ? 1e9 : 1e-3 * (2 + points.indexOf(point)), max_penetration: point === points[0] ? 1 : 0});
+    }));
+    assert.equal(await page.locator('#outcomes').textContent(), '4 points: 2 converged, 1 infeasible, 1 blew up.');
+    const figure = title => page.locator('figure').filter({has: page.getByText(title, {exact: true})});
+    await figure('penetration (m)').getByText('Zero, or not defined, at every point that did not blow up or fail.').waitFor();
+    const plot = figure('largest cell volume error').locator('.error-plot');
+    const top = (await plot.locator('.blew_up .mark').boundingBox()).y;
+    for (const mark of await plot.locator('.dot:not(.blew_up) .mark').all()) assert.ok((await mark.boundingBox()).y > top);
+    assert.equal(await plot.locator('.dot.infeasible').count(), 1);
+    await plot.locator('.blew_up .mark').click();
+    assert.match(await page.locator('tr.picked').textContent(), /blew up.*a point left the scene/);
+    assert.deepEqual(faults, []);
+  } finally {
+    await page.close();
+    await rm(folder, {recursive: true});
+  }
 });

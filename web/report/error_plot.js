@@ -4,7 +4,8 @@
 import {h, svg} from '../ui/dom.js';
 import {rove} from '../ui/roving.js';
 
-const usable = point => point.outcome === 'converged' || point.outcome === 'infeasible';
+/// A finite run; one that is short of its tolerance as well.
+export const usable = point => point.outcome === 'converged' || point.outcome === 'infeasible';
 const marks = ['circle', 'square', 'diamond', 'triangle'];
 const colours = 8, dashes = 3;
 

@@ -1,6 +1,6 @@
 // Draws the report that stands in this document.
 import {h} from '../ui/dom.js';
-import {error_legend, error_plot, floor_of, in_words, order_text, orders_list, single_out} from './error_plot.js';
+import {error_legend, error_plot, floor_of, in_words, order_text, orders_list, single_out, usable} from './error_plot.js';
 import {stability_maps} from './stability_map.js';
 
 const report = JSON.parse(document.getElementById('report').textContent);
@@ -39,14 +39,22 @@ const in_order = (a, b) => typeof a === 'string' ? a.localeCompare(b, 'en', {num
 
 const scrolled = (title, element) => h('div', {class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title}, element);
 
+/// Why an error has no plot, in words; null where it has one.
+function nothing_to_plot(name) {
+  const points = report.points.filter(usable);
+  const most = Math.max(0, ...points.map(point => point.errors[name] ?? 0)), floor = floor_of(report, name);
+  const where = points.length < report.points.length ? 'at every point that did not blow up or fail' : 'at every point';
+  if (points.length === 0) return 'Every point blew up or failed.';
+  if (most === 0) return `Zero, or not defined, ${where}.`;
+  if (most <= floor) return `At most ${digits(most)} ${where}: no more than ${floor < 1e-13 ? 'round-off' : `the reference's own error of ${digits(floor)}`}.`;
+  return null;
+}
+
 /// One plot an error. `pick` gets the index of a point that was chosen.
 function draw_plots(time, pick) {
   const plots = report.fields.map(({name, label}) => {
-    const caption = h('figcaption', {}, label);
-    const errors = report.points.map(point => point.errors[name] ?? 0), most = Math.max(0, ...errors);
-    if (most === 0) return h('figure', {}, caption, h('p', {}, 'Zero, or not defined, at every point.'));
-    if (most <= floor_of(report, name))
-      return h('figure', {}, caption, h('p', {}, `At most ${digits(most)} at every point: round-off, or no more than the reference's own error.`));
+    const caption = h('figcaption', {}, label), nothing = nothing_to_plot(name);
+    if (nothing) return h('figure', {}, caption, h('p', {}, nothing));
     const words = h('p', {class: 'looked-at'}, 'Point at a mark for its settings; a click finds it in the table.');
     const on_look = index => words.textContent = in_words(report.points[index], name);
     return h('figure', {}, caption, error_plot(report, name, {width: 400, height: 290, time, on_look, on_pick: pick}), words, orders_list(report, name));
@@ -57,13 +65,21 @@ function draw_plots(time, pick) {
     h('p', {class: 'hint'}, 'A click on a series singles it out. Lines through marks: the spread of the repeats.'), h('div', {class: 'charts'}, plots));
 }
 
-const outcomes = {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};
+const outcomes = report.kind === 'meshing' ? {converged: 'complete', infeasible: 'incomplete', failed: 'failed'}
+  : {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};
 /// Two columns: the outcome, and why.
-const outcome = point => [report.kind === 'meshing' && point.outcome === 'infeasible' ? 'incomplete' : outcomes[point.outcome], point.reason];
+const outcome = point => [outcomes[point.outcome], point.reason];
+
+function say_outcomes() {
+  const counts = Object.entries(outcomes).map(([name, words]) => [report.points.filter(point => point.outcome === name).length, words]);
+  say('outcomes', `${report.points.length} points: ${counts.filter(([count]) => count > 0).map(([count, words]) => `${count} ${words}`).join(', ')}.`);
+}
+
 const range = ({min, max}) => `${digits(min)} – ${digits(max)}`;
 
 /// The plots, and the table of points in which a chosen one is marked.
 function draw_points(time, title, head, row, front) {
+  say_outcomes();
   let rows = [];
   draw_plots(time, index => {
     rows.forEach((line, k) => line.classList.toggle('picked', k === index));

@@ -1,4 +1,5 @@
 import {finish_job} from '../wire/jobs.js';
+import {floor_of} from '../report/error_plot.js';
 import {wire_scene} from '../state/scene_templates.js';
 
 const own = [];  // an axis left as the scene has it; an absent one takes what is usual
@@ -70,8 +71,11 @@ export function settings_changes({solver, springs, substeps, tolerance}) {
   return {'scene.solver.volume': solver, 'scene.solver.springs': springs, 'scene.solver.substeps': substeps || 'auto', 'scene.solver.tolerance': tolerance};
 }
 
-/// The converged point with the smallest error that fits the budget, or null.
-export function fit_budget({points}, field, budget_ms) {
-  const fitting = points.filter(point => point.outcome === 'converged' && point.fits_ms <= budget_ms);
-  return fitting.sort((a, b) => a.errors[field] - b.errors[field])[0] ?? null;
+/// The converged point with the smallest error that fits the budget, or null. Of errors that cannot be told from round-off
+/// and the reference's own, the smallest cell error counts, then the time.
+export function fit_budget(report, field, budget_ms) {
+  const fitting = report.points.filter(point => point.outcome === 'converged' && point.fits_ms <= budget_ms);
+  const keys = ({errors, ms_per_step}) => [Math.max(errors[field], floor_of(report, field)), errors.max_cell_volume, ms_per_step.median];
+  const order = (a, b) => a.map((key, k) => key - b[k]).find(difference => difference !== 0) ?? 0;
+  return fitting.sort((a, b) => order(keys(a), keys(b)))[0] ?? null;
 }
