@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "core/export/text.h"
 #include "core/export/writers.h"
 
@@ -46,22 +50,46 @@ std::string attribute_text(std::string_view text) {
   return escaped;
 }
 
+/// Shortest height of a tet over one of its sides, 3V/A.
+double shortest_height(const TetMesh& mesh) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const auto& [a, b, c, d] : mesh.tets) {
+    const Vec3 &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c], &s = mesh.positions[d];
+    const double area =
+        0.5 * std::sqrt(std::max({(q - p).cross(r - p).squaredNorm(), (q - p).cross(s - p).squaredNorm(),
+                                  (r - p).cross(s - p).squaredNorm(), (r - q).cross(s - q).squaredNorm()}));
+    shortest = std::min(shortest, 3.0 * tet_volume(p, q, r, s) / area);
+  }
+  return shortest;
+}
+
 // Mass and stiffness are a start to edit: water's density, and a soft rubber.
+constexpr double density = 1000.0, young = 1e5, poisson = 0.45;
+
+/// Seconds: a flex steps explicitly, so no pressure wave may cross a tet in one step; half of that, and no
+/// more than MuJoCo's own.
+double timestep(const TetMesh& mesh) {
+  const double wave =
+      std::sqrt(young * (1.0 - poisson) / (density * (1.0 + poisson) * (1.0 - 2.0 * poisson)));
+  return std::min(0.002, 0.5 * shortest_height(mesh) / wave);
+}
+
 std::string snippet(const ExportModel& model) {
   const std::string name = attribute_text(model.stem);
+  const double step = timestep(model.mesh), damping = 0.1 * step;  // more would not be stable either
   return fmt::format(
       "<!-- {} -->\n"
       "<mujoco model=\"{}\">\n"
-      "  <option solver=\"CG\" tolerance=\"1e-6\"/>\n"
+      "  <option timestep=\"{:.2g}\" solver=\"CG\" tolerance=\"1e-6\"/>\n"
       "  <worldbody>\n"
       "    <flexcomp name=\"{}\" type=\"gmsh\" dim=\"3\" file=\"{}.msh\" radius=\"{}\" mass=\"{}\">\n"
-      "      <elasticity young=\"1e5\" poisson=\"0.45\" damping=\"0.01\"/>\n"
+      "      <elasticity young=\"{}\" poisson=\"{}\" damping=\"{:.2g}\"/>\n"
       "      <contact selfcollide=\"none\" internal=\"false\"/>\n"
       "    </flexcomp>\n"
       "  </worldbody>\n"
       "</mujoco>\n",
-      comment_text(model.comment), name, name, name, 0.02 * model.mesh.grid.spacing,
-      1000.0 * total_volume(model.mesh));
+      comment_text(model.comment), name, step, name, name, 0.02 * model.mesh.grid.spacing,
+      density * total_volume(model.mesh), young, poisson, damping);
 }
 
 }  // namespace

@@ -98,9 +98,11 @@ Response get_export(Api& api, const Request& request) {
   const auto download = api.downloads.get(
       fmt::format("{}/{}/{}/{}", stored->id, name, format.name, suffix ? *suffix : ""), [&] {
         const Model& model = *stored->model;
-        const ExportModel exported{
-            .mesh = model.mesh(), .embedding = model.embedding.get(), .comment = describe(model.options)};
-        return download_of(stem_of(name), format, export_model(exported, format), suffix);
+        const ExportModel exported{.mesh = model.mesh(),
+                                   .embedding = model.embedding.get(),
+                                   .comment = describe(model.options),
+                                   .stem = stem_of(name)};
+        return download_of(exported.stem, format, export_model(exported, format), suffix);
       });
   Response response;
   response.content_type = download->content_type;
