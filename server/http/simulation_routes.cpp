@@ -123,7 +123,7 @@ Response post_steps(Api& api, const Request& request) {
     refuse(409, "wrong_state", fmt::format("the simulation is {}", state_name(state)),
            "pause it, or restart it");
   runner->step(count);
-  return when(runner, 200, 200, query_integer(request, "wait_ms", 10000, 0, 60000), [](const RunView& view) {
+  return when(runner, 200, 202, query_integer(request, "wait_ms", 10000, 0, 60000), [](const RunView& view) {
     return view.state != RunState::preparing && view.pending_steps == 0;
   });
 }
@@ -177,11 +177,11 @@ std::vector<Route> control_routes(Api& api) {
        .operation = "stepSimulation",
        .summary = "Advance by frames while paused",
        .handler = to(post_steps),
-       .answers = {{200, "Simulation"}},
+       .answers = {{200, "Simulation"}, {202, "Simulation"}},
        .body = BodyKind::json,
        .body_schema = "Steps",
        .query = {{"wait_ms", R"({"type":"integer","minimum":0,"maximum":60000})",
-                  "Answer after this time at the latest"}},
+                  "Answer after this time at the latest, 202 where they are not all made"}},
        .body_optional = true},
       {.method = "PUT",
        .pattern = "/api/v1/simulations/{id}/grabs/{grab}",

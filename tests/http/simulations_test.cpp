@@ -127,6 +127,8 @@ TEST_F(SimulationsApi, AChangeThatALongStepHoldsUpIsAccepted) {
   const HttpResponse taken = patch(path + "?wait_ms=60000", {{"state", "paused"}});
   EXPECT_EQ(taken.status, 200);
   EXPECT_EQ(taken.json()["state"], "paused");
+  EXPECT_EQ(client_.send("POST", path + "/steps?wait_ms=0").status, 202);
+  EXPECT_EQ(client_.send("POST", path + "/steps?wait_ms=60000").status, 200);
 }
 
 TEST_F(SimulationsApi, AreListedByAge) {
