@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/common/huge_array.h"
 #include "core/parallel/parallel.h"
 #include "core/pseudo_volume/directions.h"
 #include "core/pseudo_volume/proximity.h"
@@ -86,9 +87,12 @@ std::int64_t add_sheets(const Votes& at_threshold, BitVolume sheets, double radi
 
 void unpack(const Votes& votes, const BitVolume& inside, const FieldWindow& window, PseudoVolume& volume,
             const Progress& progress) {
-  volume.votes.resize(volume.grid.count());
-  progress.throw_if_cancelled();
-  volume.inside.resize(volume.grid.count());
+  for (std::vector<std::uint8_t>* voxels : {&volume.votes, &volume.inside}) {
+    progress.throw_if_cancelled();
+    voxels->reserve(volume.grid.count());
+    prefer_huge_pages(voxels->data(), voxels->capacity());
+    voxels->resize(volume.grid.count());
+  }
   parallel_for(inside.rows(), 64, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
     for (auto r = begin; r < end; ++r) {

@@ -1,4 +1,7 @@
 #pragma once
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 #include "core/distance_field/distance_field.h"
 #include "core/pseudo_volume/bit_volume.h"
 
@@ -26,17 +29,25 @@ struct VoxelMasks {
 VoxelMasks make_voxel_masks(const FieldWindow& window, double d_in, double d_subs);
 
 /// Bit i: a[i] > b[i], of 64 values.
+#ifdef __SSE2__
 inline std::uint64_t greater(const float* a, const float* b) {
-  alignas(64) std::uint8_t bytes[64];
-  for (int i = 0; i < 64; ++i) bytes[i] = a[i] > b[i];
+  const auto four = [&](int i) {
+    return _mm_castps_si128(_mm_cmpgt_ps(_mm_loadu_ps(a + i), _mm_loadu_ps(b + i)));
+  };
+  const auto sixteen = [&](int i) {
+    const __m128i low = _mm_packs_epi32(four(i), four(i + 4)),
+                  high = _mm_packs_epi32(four(i + 8), four(i + 12));
+    return std::uint64_t{static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(low, high)))};
+  };
+  return sixteen(0) | sixteen(16) << 16 | sixteen(32) << 32 | sixteen(48) << 48;
+}
+#else
+inline std::uint64_t greater(const float* a, const float* b) {
   std::uint64_t mask = 0;
-  for (int group = 0; group < 8; ++group) {
-    std::uint64_t ones;  // eight bytes of 0 or 1, gathered into eight bits by one multiplication
-    __builtin_memcpy(&ones, bytes + 8 * group, 8);
-    mask |= (ones * 0x0102040810204080U >> 56) << 8 * group;
-  }
+  for (int i = 0; i < 64; ++i) mask |= std::uint64_t{a[i] > b[i]} << i;
   return mask;
 }
+#endif
 
 /// 64 distances from an index on, which may begin before or end after the field; what lies outside is
 /// unspecified.
