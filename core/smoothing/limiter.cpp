@@ -13,34 +13,37 @@ namespace isochor {
 namespace {
 
 constexpr int max_halvings = 8;
-constexpr std::int64_t grain = 2048;
+constexpr std::int64_t grain = 512;
 
 // A hair above the floor, so that the final rescaling's round-off stays above it.
 double cosine_of_floor(double degrees) {
   return degrees > 0.0 ? std::cos((degrees + 1e-5) * std::numbers::pi / 180.0) : 1.0;
 }
 
+constexpr double min_volume = 1e-4;  ///< of a tet, in cells
+
 constexpr int lanes = 8;
-/// Of eight tets the edges from their first vertices, a coordinate a row.
+/// Of eight tets the edges from their first vertices in units of a cell, a coordinate a row.
 using TetLanes = double[9][lanes];
 
-void put(const Tet& t, const std::vector<Vec3>& x, int lane, TetLanes& edges) {
+void put(const Tet& t, const std::vector<Vec3>& x, double scale, int lane, TetLanes& edges) {
   for (int e = 0; e < 3; ++e)
-    for (int axis = 0; axis < 3; ++axis) edges[3 * e + axis][lane] = x[t[e + 1]][axis] - x[t[0]][axis];
+    for (int axis = 0; axis < 3; ++axis)
+      edges[3 * e + axis][lane] = scale * (x[t[e + 1]][axis] - x[t[0]][axis]);
 }
 
-ISOCHOR_MULTIVERSION void eight_cosines(const double (*e)[lanes], double min_volume, double* out) {
+ISOCHOR_MULTIVERSION void eight_excesses(const double (*e)[lanes], double squared_cosine, double* out) {
   for (int l = 0; l < lanes; ++l)
-    out[l] = smallest_dihedral_cosine({e[0][l], e[1][l], e[2][l]}, {e[3][l], e[4][l], e[5][l]},
-                                      {e[6][l], e[7][l], e[8][l]}, min_volume);
+    out[l] = excess_over_cosine({e[0][l], e[1][l], e[2][l]}, {e[3][l], e[4][l], e[5][l]},
+                                {e[6][l], e[7][l], e[8][l]}, squared_cosine, min_volume);
 }
 
 }  // namespace
 
 MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double min_dihedral_deg)
     : graph_(graph),
-      max_cosine_(cosine_of_floor(min_dihedral_deg)),
-      min_volume_(1e-4 * std::pow(mesh.grid.spacing, 3)) {
+      squared_cosine_(std::pow(cosine_of_floor(min_dihedral_deg), 2)),
+      scale_(1.0 / mesh.grid.spacing) {
   std::ranges::copy_if(mesh.tets, std::back_inserter(tets_), [&](const Tet& tet) {
     return std::ranges::any_of(tet, [&](std::int32_t v) { return graph.index[v] >= 0; });
   });
@@ -85,12 +88,12 @@ void MoveLimiter::apply(std::span<const Vec3> moves, std::vector<Vec3>& position
 // A lane a tet.
 void MoveLimiter::judge(std::int64_t begin, std::int64_t end, const std::vector<Vec3>& positions) {
   TetLanes edges{};
-  double cosines[lanes];
+  double excesses[lanes];
   for (auto first = begin; first < end; first += lanes) {
     const auto used = static_cast<int>(std::min<std::int64_t>(lanes, end - first));
-    for (int l = 0; l < used; ++l) put(tets_[touched_[first + l]], positions, l, edges);
-    eight_cosines(edges, min_volume_, cosines);
-    for (int l = 0; l < used; ++l) bad_[first + l] = cosines[l] > max_cosine_ || cosines[l] >= 1.0;
+    for (int l = 0; l < used; ++l) put(tets_[touched_[first + l]], positions, scale_, l, edges);
+    eight_excesses(edges, squared_cosine_, excesses);
+    for (int l = 0; l < used; ++l) bad_[first + l] = excesses[l] >= 0.0;
   }
 }
 

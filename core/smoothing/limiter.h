@@ -33,7 +33,7 @@ class MoveLimiter {
   const BoundaryGraph& graph_;
   std::vector<Tet> tets_;                      ///< those with a boundary vertex
   std::vector<std::int32_t> first_, tets_of_;  ///< see tets_of()
-  double max_cosine_, min_volume_;
+  double squared_cosine_, scale_;
   std::vector<double> share_;                ///< of the move, a boundary vertex
   std::vector<std::uint8_t> limited_;        ///< a boundary vertex
   std::vector<std::int32_t> changed_;        ///< boundary vertices that this round moves
