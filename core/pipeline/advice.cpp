@@ -138,9 +138,10 @@ void add_warnings(Model& model) {
                      contacts_in_words(lattice)));
   if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell) {
     const std::string text = fmt::format(
-        "the model's boundary lies up to {:.1f} cells from the input, where it closes a gap or fills a "
-        "pocket",
-        quality.boundary_to_input / cell);
+        "{:.2g} % of the model's boundary lies more than a cell's diagonal from the input, up to {:.1f} "
+        "cells, "
+        "where it closes an opening or fills a pocket",
+        100.0 * quality.boundary_beyond, quality.boundary_to_input / cell);
     const PseudoVolumeOptions& options = model.options.pseudo_volume;
     const bool asked_already = options.enclosed && model.input->closed;  // of what is not enclosed
     if (options.far_majority < open_pockets && !asked_already)

@@ -13,11 +13,6 @@ constexpr double largest_volume_error = 0.25, largest_in_pieces = 0.1;
 constexpr int most_cells = 256;
 const char* const drop_strays = "drop stray parts that lie far away, or give the parts one by one";
 
-bool crosses_itself(const MeshReport& input) {
-  return std::ranges::any_of(
-      input.defects, [](const Defect& defect) { return defect.name.starts_with("self_intersections"); });
-}
-
 /// What a box around the input holds that is grown by two cells on all sides, but for its edges and corners.
 double most_volume(const Vec3& extents, double cell) {
   const auto [a, b, c] = std::array{extents.x(), extents.y(), extents.z()};
@@ -53,8 +48,7 @@ std::optional<Shortfall> shortfall(const Model& model) {
                      "try the preset thin or more cells"};
   // A thin plate that falls to pieces may be covered all over, and lack a part of its volume only.
   const bool in_pieces = model.lattice->components > input.components;
-  if (input.closed && !crosses_itself(input) &&
-      model.volume_error() > (in_pieces ? largest_in_pieces : largest_volume_error))
+  if (input.closed && model.volume_error() > (in_pieces ? largest_in_pieces : largest_volume_error))
     return Shortfall{
         fmt::format("{}its volume is {:.4g}, but the closed input encloses {:.4g}",
                     in_pieces ? fmt::format("it falls into {} parts, and ", model.lattice->components) : "",

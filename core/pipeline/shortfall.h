@@ -15,8 +15,8 @@ struct Shortfall {
 };
 
 /// Nothing for a complete model. Short falls one that covers too little of its input, whose volume is more
-/// than a quarter off that of a closed input without self-intersections, or is more than a box around the
-/// input could hold, or all of whose input is smaller than a cell's face. Cheap.
+/// than a quarter off that of a closed input (a tenth where it falls into pieces), or is more than a box
+/// around the input could hold, or all of whose input is smaller than a cell's face. Cheap.
 std::optional<Shortfall> shortfall(const Model& model);
 
 /// The last of these: triangles that are next to nothing beside their distances.

@@ -31,7 +31,9 @@ struct QualitySummary {
   /// Share of the soup's area within one cell of the model; below 0.95 the model is reported as incomplete.
   double coverage = 0.0;
   double boundary_to_input = 0.0;  ///< largest distance from the model's boundary vertices to the soup
-  double input_to_boundary = 0.0;  ///< largest distance from sampled soup points outside the model to it
+  /// Share of these vertices farther than a cell's diagonal from the soup: caps of openings, filled pockets.
+  double boundary_beyond = 0.0;
+  double input_to_boundary = 0.0;  ///< largest distance from the soup's corners and samples to the model
 };
 
 /// What measuring needs of a soup, made once a soup: its triangles' sizes and a tree over them. Keeps a

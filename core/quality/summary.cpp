@@ -56,6 +56,8 @@ class CoverageMeter {
       hits += distance <= reach_;
       result.farthest = std::max(result.farthest, distance);
     };
+    for (const std::int32_t v : input_.soup.triangles[triangle])
+      result.farthest = std::max<double>(result.farthest, embedding_.distance[v]);
     if (const double edge = input_.longest_edge[triangle]; edge <= spacing_) {
       for (const std::int32_t v : input_.soup.triangles[triangle]) add(embedding_.distance[v]);
     } else {
@@ -126,8 +128,9 @@ std::vector<std::int32_t> boundary_vertices(const TetMesh& mesh) {
   return vertices;
 }
 
-double boundary_distance(const TetMesh& mesh, const TriangleTree& soup_tree, const DistanceField& field,
-                         const Progress& progress) {
+/// Sets both figures of the boundary. Only vertices whose bounds leave something open are measured.
+void measure_boundary(const TetMesh& mesh, const TriangleTree& soup_tree, const DistanceField& field,
+                      const Progress& progress, QualitySummary& summary) {
   const std::vector<std::int32_t> vertices = boundary_vertices(mesh);
   const auto count = static_cast<std::int64_t>(vertices.size());
   std::vector<Bounds> bounds(count);
@@ -136,16 +139,25 @@ double boundary_distance(const TetMesh& mesh, const TriangleTree& soup_tree, con
   });
   double least = 0.0;  // that the largest distance can be
   for (const Bounds& b : bounds) least = std::max(least, b.lower);
+  const double diagonal = std::sqrt(3.0) * mesh.grid.spacing;
+  std::int64_t beyond = 0;
   std::vector<std::int32_t> candidates;
-  for (std::int64_t n = 0; n < count; ++n)
-    if (bounds[n].upper >= least) candidates.push_back(vertices[n]);
+  for (std::int64_t n = 0; n < count; ++n) {
+    const auto& [lower, upper] = bounds[n];
+    if (upper >= least || (lower <= diagonal && upper > diagonal))
+      candidates.push_back(vertices[n]);
+    else
+      beyond += lower > diagonal;
+  }
   std::vector<double> squared(candidates.size());
   parallel_for(static_cast<std::int64_t>(candidates.size()), 64, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
     for (auto n = begin; n < end; ++n)
       squared[n] = soup_tree.nearest(mesh.positions[candidates[n]]).squared_distance;
   });
-  return std::sqrt(*std::ranges::max_element(squared));
+  beyond += std::ranges::count_if(squared, [&](double d2) { return d2 > diagonal * diagonal; });
+  summary.boundary_to_input = std::sqrt(*std::ranges::max_element(squared));
+  summary.boundary_beyond = static_cast<double>(beyond) / static_cast<double>(count);
 }
 
 }  // namespace
@@ -177,9 +189,9 @@ QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input,
   const Coverage coverage = measure_coverage(mesh, input, embedding, progress);
   // Collinear triangles have no area; then all of their vertices must be covered.
   summary.coverage = coverage.area > 0.0 ? coverage.covered / coverage.area
-                                         : (embedding.largest_distance <= mesh.grid.spacing ? 1.0 : 0.0);
-  summary.input_to_boundary = std::max(coverage.farthest, embedding.largest_distance);
-  summary.boundary_to_input = boundary_distance(mesh, input.tree, field, progress);
+                                         : (coverage.farthest <= mesh.grid.spacing ? 1.0 : 0.0);
+  summary.input_to_boundary = coverage.farthest;
+  measure_boundary(mesh, input.tree, field, progress, summary);
   return summary;
 }
 

@@ -146,6 +146,7 @@ Json model_json(const Model& model) {
           {"min_dihedral_deg", quality.min_dihedral_deg},
           {"min_scaled_jacobian", quality.min_scaled_jacobian},
           {"boundary_to_input", quality.boundary_to_input},
+          {"boundary_beyond", quality.boundary_beyond},
           {"input_to_boundary", quality.input_to_boundary},
           {"voxels_inside", model.pseudo_volume->inside_count},
           {"cell_size", lattice.grid.spacing},

@@ -55,6 +55,22 @@ TEST(Quality, CoverageIsTheShareOfAreaWithinACell) {
   EXPECT_NEAR(summary.boundary_to_input, 0.25, 1e-12);
 }
 
+TEST(Quality, VerticesOfNoTriangleAreNoInput) {
+  TriangleSoup soup = test::box(Vec3::Zero(), Vec3::Constant(2.0));
+  soup.positions.emplace_back(1e6, 0, 0);
+  const QualitySummary summary = summary_of(make_box_lattice({4, 4, 4}, 0.5, Vec3::Zero()), soup);
+  EXPECT_NEAR(summary.input_to_boundary, 0.0, 1e-12);
+}
+
+TEST(Quality, CountsTheBoundaryBeyondACellsDiagonal) {
+  // A block of 4 × 4 × 8 cells on a plate: the diagonal is 0.43, so that only two of nine layers are near.
+  const TetMesh mesh = make_box_lattice({4, 4, 8}, 0.25, Vec3::Zero());
+  const TriangleSoup plate = test::patch(1, 1, [](double u, double v) { return Vec3(u, v, 0.0); });
+  const QualitySummary summary = summary_of(mesh, plate);
+  EXPECT_DOUBLE_EQ(summary.boundary_beyond, (6 * 16 + 25) / (25 + 7 * 16 + 25.0));
+  EXPECT_NEAR(summary.boundary_to_input, 2.0, 1e-12);
+}
+
 TEST(Quality, OnePlantedInversionIsSeen) {
   TetMesh mesh = test::ball_of_cells(6);
   std::swap(mesh.tets[7][0], mesh.tets[7][1]);
