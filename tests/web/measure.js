@@ -100,17 +100,32 @@ async function measure_tuning(page, name) {
   }
 }
 
-/// The mouse draws a slider to and fro for two seconds: how long a picture of a preview stands.
+/// In the page: of each preview the moves of the slider that it shows, which are those before it was asked for, and when
+/// it was drawn; they come in the order in which they were asked for.
+function watch_drag(slider) {
+  const line = document.querySelector('footer [role=status]'), {fetch} = globalThis;
+  const moves = [], asked = [], seen = globalThis.drag = {latencies: [], drawn: []};
+  slider.addEventListener('input', () => moves.push(performance.now()), true);
+  globalThis.fetch = (url, ...rest) => {
+    if (String(url).includes('/models?')) asked.push(moves.splice(0));
+    return fetch(url, ...rest);
+  };
+  const watch = new MutationObserver(async () => {
+    if (!line.textContent.startsWith('Preview')) return;
+    const shown = asked.shift(), at = await globalThis.next_picture();
+    seen.drawn.push(at);
+    seen.latencies.push(...shown.map(moved => at - moved));
+  });
+  watch.observe(line, {childList: true, characterData: true, subtree: true});
+  seen.end = () => (watch.disconnect(), globalThis.fetch = fetch);
+}
+
+/// The mouse draws a slider to and fro for two seconds, without pause.
 async function measure_drag(page, name) {
   const slider = page.getByRole('slider', {name: sliders.P_in, exact: true});
   await slider.scrollIntoViewIfNeeded();
   const box = await slider.boundingBox();
-  await page.evaluate(() => {
-    const line = document.querySelector('footer [role=status]');
-    globalThis.shown_at = [];
-    globalThis.previews = new MutationObserver(async () => line.textContent.startsWith('Preview') && globalThis.shown_at.push(await globalThis.next_picture()));
-    globalThis.previews.observe(line, {childList: true, characterData: true, subtree: true});
-  });
+  await slider.evaluate(watch_drag);
   await page.mouse.move(box.x + 0.2 * box.width, box.y + box.height / 2);
   await page.mouse.down();
   const from = Date.now();
@@ -118,10 +133,11 @@ async function measure_drag(page, name) {
     await page.mouse.move(box.x + box.width * (0.3 - 0.1 * Math.cos(t / 300)), box.y + box.height / 2);
     await page.waitForTimeout(8);
   }
-  const shown = await page.evaluate(() => (globalThis.previews.disconnect(), globalThis.shown_at));
+  const {latencies, drawn} = await page.evaluate(() => (globalThis.drag.end(), globalThis.drag));
   const full = await until(page, /^[\d,]+ tets/, () => page.mouse.up());
-  note_all(`${name}, P_in drawn by the mouse: from preview to preview`, shown.slice(1).map((at, k) => at - shown[k]));
-  note(`${name}, P_in drawn by the mouse: full model after its release`, full);
+  note_all(`${name}, P_in dragged: from a move to the picture that shows it`, latencies);
+  note_all(`${name}, P_in dragged: from preview to preview`, drawn.slice(1).map((at, k) => at - drawn[k]));
+  note(`${name}, P_in dragged: full model after its release`, full);
 }
 
 async function measure_large(page, name) {
