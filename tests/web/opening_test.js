@@ -24,6 +24,11 @@ test('a dropped mesh becomes a model, and its report counts what is wrong', asyn
   assert.equal(await page.getByRole('button', {name: 'Tets', exact: true}).getAttribute('aria-pressed'), 'true', 'in place of the run');
   await page.getByRole('button', {name: /open edges: fly to the next/}).click();
   await status(page).filter({hasText: /open edges: 1 of/}).waitFor();
+  await choose(page, 'same cube.obj', open_cube);  // which the server knows by its first name
+  await page.locator('header').getByText('same cube').waitFor();
+  await tets_ready(page);
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await status(page).filter({hasText: 'Undone: open same cube.obj'}).waitFor();
   no_complaints(page);
   await page.context().close();
 });

@@ -3,7 +3,7 @@ import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
 const fov = 32, margin = 1.3;  // degrees; room around what fits, for the controls over the view
-const slow_picture = 30, settled = 250, poll = 2;  // milliseconds
+const slow_picture = 30, very_slow_picture = 100, settled = 250, poll = 2;  // milliseconds
 
 /// three.js' layer of what is drawn only when the picture is sharp.
 export const fine_layer = 1;
@@ -113,7 +113,7 @@ export class Viewport extends EventTarget {
   /// Where a sharp picture is known to take long, changes are shown coarse at once, and sharp once they rest.
   coarsen() {
     if (!(this.sharp_ms > slow_picture)) return;
-    this.set_sharpness(this.sharp_ms > 2 * slow_picture ? 0.5 : 0.7);
+    this.set_sharpness(this.sharp_ms > very_slow_picture ? 0.5 : 0.7);
     this.rest_soon();
   }
 

@@ -85,7 +85,7 @@ export class Meshing extends EventTarget {
   async upload(file, signal) {
     try {
       const response = await this.client.request('POST', `/meshes?name=${encodeURIComponent(file.name)}`, {body: file, signal});
-      const mesh = await response.json();
+      const mesh = {...await response.json(), name: file.name};  // the server may know its content by another
       this.files.set(mesh.id, file);
       return mesh;
     } catch (problem) {
