@@ -5,17 +5,16 @@ import {copyFile, mkdir} from 'node:fs/promises';
 import {fileURLToPath} from 'node:url';
 
 const here = path => fileURLToPath(new URL(path, import.meta.url));
-const {build} = await import('esbuild').catch(() => ({}));
+const {build} = await import('esbuild').catch(() => {
+  console.error('the page cannot be bundled: npm ci --prefix web installs what it needs; ISOCHOR_SERVER=OFF builds the library alone');
+  process.exit(1);
+});
 
-if (build) {
-  await mkdir(here('bundle'), {recursive: true});
-  const bundle = (outdir, entryPoints) => build({
-    absWorkingDir: here('.'), outdir, entryPoints, entryNames: '[name]', bundle: true, minify: true, format: 'esm',
-    target: 'es2022', logLevel: 'warning', external: ['*.svg'],
-  });
-  await bundle('bundle', ['main.js', 'styles/page.css', 'wire/data_worker.js', 'wire/stream_worker.js']);
-  await bundle('report/bundle', ['report/report.js', 'report/report.css']);
-  for (const file of ['index.html', 'icon.svg']) await copyFile(here(file), here(`bundle/${file}`));
-} else {
-  console.error('the page is not built: npm ci --prefix web installs what it needs');
-}
+await mkdir(here('bundle'), {recursive: true});
+const bundle = (outdir, entryPoints) => build({
+  absWorkingDir: here('.'), outdir, entryPoints, entryNames: '[name]', bundle: true, minify: true, format: 'esm',
+  target: 'es2022', logLevel: 'warning', external: ['*.svg'],
+});
+await bundle('bundle', ['main.js', 'styles/page.css', 'wire/data_worker.js', 'wire/stream_worker.js']);
+await bundle('report/bundle', ['report/report.js', 'report/report.css']);
+for (const file of ['index.html', 'icon.svg']) await copyFile(here(file), here(`bundle/${file}`));

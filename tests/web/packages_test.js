@@ -1,6 +1,9 @@
-// What npm installs runs on Debian 12's Node 18, whatever Node this machine has.
+// What npm installs runs on Debian 12's Node 18, whatever Node this machine has; without it there is no page.
 import assert from 'node:assert/strict';
-import {readFileSync} from 'node:fs';
+import {spawnSync} from 'node:child_process';
+import {copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
 import {test} from 'node:test';
 
 const DEBIAN_12_NODE = 18;
@@ -16,3 +19,13 @@ for (const folder of ['.', '../../web']) {
     });
   }
 }
+
+test('a build without npm\'s packages ends with what to do', () => {
+  const folder = mkdtempSync(join(tmpdir(), 'isochor-'));
+  copyFileSync(new URL('../../web/bundle.js', import.meta.url), join(folder, 'bundle.mjs'));
+  const {status, stderr} = spawnSync(process.execPath, [join(folder, 'bundle.mjs')], {encoding: 'utf8'});
+  assert.equal(status, 1);
+  assert.match(stderr, /npm ci --prefix web/);
+  assert.ok(!existsSync(join(folder, 'bundle')));
+  rmSync(folder, {recursive: true});
+});
