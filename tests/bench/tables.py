@@ -109,6 +109,9 @@ def meshing(figures):
                  ["mesh", "", "time", "times ours", "tets", "smallest dihedral angle", "volume"], rows)
 
 
+SCENES = {"by_hand": "written by hand, with nothing else", "plain": "by the scene's stepper", "gravity": "and gravity",
+          "diagonals": "and diagonal springs", "damping": "and damping", "a_rigid_body_far_away": "and a rigid body far away",
+          "one_with_a_mass_far_away": "and one with a mass", "self_contact": "and contact with itself"}
 SOLVERS, SHAPES, STARTS = ("Newton", "the paper's scaling", "gradient"), ("box", "ball", "torus"), ("squashed to 80 %", "dropped")
 
 
@@ -149,6 +152,14 @@ def arguments_of_plain(entry):
     return int(entry["name"].split("/")[1])
 
 
+def instructions(figures):
+    scenes = figures.json["programs"].get("instructions", {})
+    rows = [[SCENES[scene], f"{entry['instructions'] / 1e6:.2f} million", f"{entry['over_by_hand']:.4f}"]
+            for scene, entry in scenes.items()]
+    return table("Instructions of a frame of eight substeps, a cube of 8³ cells swinging on its edges:",
+                 ["", "", "over the step by hand"], rows) if rows else ""
+
+
 def server(figures):
     load = figures.json["programs"].get("load", {})
     rows = []
@@ -170,7 +181,7 @@ def section(figures):
             f"{source['load_average']}. Measured by `tests/bench/run`, kept in tests/bench/figures.json. CPU time on one thread.\n")
     stages = grown(figures, "meshing_stages_bench", STAGES, "Meshing a torus of 69,696 triangles (unless its size varies):")
     parts = [head, stages, distance(figures), meshing(figures), volume(figures),
-             grown(figures, "step_bench", STEPS, "A frame of 1/60 s:"), bullet(figures), embedding(figures), server(figures)]
+             grown(figures, "step_bench", STEPS, "A frame of 1/60 s:"), instructions(figures), bullet(figures), embedding(figures), server(figures)]
     return "\n".join(part for part in parts if part)
 
 
