@@ -42,6 +42,7 @@ void ContactCarriers::begin(std::span<const MassiveBody> bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies_[b].at_start = bodies[b];
     bodies_[b].given.setZero();
+    bodies_[b].pushed = false;
     bodies_[b].touching = 0.0;
     bodies_[b].particles.clear();
   }
@@ -178,9 +179,16 @@ std::span<const DueWrench> ContactCarriers::take_back() {
   return due_;
 }
 
+bool ContactCarriers::has_pushed(int source) const {
+  const Body* body = find(source);
+  return body && body->pushed;
+}
+
 void ContactCarriers::give(Body& body, const Vector6& due) {
   body.given += due;
-  if (!due.isZero(0.0)) due_.push_back({source_of(body), body.at_start.center, due.head<3>(), due.tail<3>()});
+  if (due.isZero(0.0)) return;
+  body.pushed = true;
+  due_.push_back({source_of(body), body.at_start.center, due.head<3>(), due.tail<3>()});
 }
 
 }  // namespace isochor

@@ -60,6 +60,8 @@ class ContactCarriers {
                                       const Coordinates& predicted);
   /// Takes back what was handed out: the same list, of the opposite.
   std::span<const DueWrench> take_back();
+  /// Handed something out in this substep, though it may have been taken back since.
+  bool has_pushed(int source) const;
   /// Gives the particles that they carry, and the bodies in return, all gains at once; impulses in kg m/s.
   std::span<const DueWrench> bounce(SoftBody& body, std::span<const BounceGain> gains);
   /// Part of a particle's mass that friction may count on: touched bodies lighter than what rubs on them
@@ -72,6 +74,7 @@ class ContactCarriers {
     MassiveBody at_start;
     Vector6 given = Vector6::Zero();
     Vector6 rubbed = Vector6::Zero();  ///< by particles that slip: their friction, with its moment
+    bool pushed = false;               ///< something was given
     double touching = 0.0;             ///< mass of its particles, kg
     std::vector<CarriedParticle> particles;
   };

@@ -66,6 +66,8 @@ class ParticleContacts {
   }
 
   std::span<const DueWrench> take_back() { return carriers_.take_back(); }
+  /// A body was due something in this substep, though it may have been taken back since.
+  bool has_pushed(int source) const { return carriers_.has_pushed(source); }
   /// The sum of all reactions, kg·m.
   Vec3 push(const SoftBody& body) const;
 

@@ -218,7 +218,8 @@ void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance) 
 }
 
 void refine_volume(const Substep& step, SceneSoftBody& soft) {
-  if (soft.inverted || soft.projection.max_error > 2.0 * tolerance_within_frames) return;
+  // Of where it was left: the last projection may be one that was taken back.
+  if (soft.inverted || volume_errors(soft.body).max_cell_error > 2.0 * tolerance_within_frames) return;
   keep_start(soft.body);
   slide(step, soft);
   find_inverted(step, soft, soft.projection);

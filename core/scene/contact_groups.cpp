@@ -44,6 +44,9 @@ void ContactGroups::join_soft(const World& world) {
       for (int k = 0; k < contact.planes; ++k)
         if (world.rigid.dynamic(contact.plane[k].source))
           join(static_cast<int>(s), rigid_node(contact.plane[k].source));
+    // Contacts released at last have pushed it all the same: of 1e90 kg m/s and back, round-off leaves 1e75.
+    for (const MassiveBody& body : world.massive)
+      if (world.soft[s].contacts->has_pushed(body.source)) join(static_cast<int>(s), rigid_node(body.source));
   }
   if (!world.surfaces) return;
   for (const SurfaceContact& contact : world.surfaces->contacts().contacts())

@@ -127,7 +127,10 @@ void EnergyGuard::begin() {
 }
 
 bool EnergyGuard::is_in_contact(const SceneSoftBody& soft) const {
-  return soft.touched || (soft.contacts && !soft.contacts->empty());
+  if (soft.touched || (soft.contacts && !soft.contacts->empty())) return true;
+  return soft.contacts && std::ranges::any_of(world_.massive, [&](const MassiveBody& body) {
+           return soft.contacts->has_pushed(body.source);
+         });
 }
 
 bool EnergyGuard::can_halt(std::size_t soft) const {
@@ -241,7 +244,8 @@ double EnergyGuard::judge(const Substep& step, int group) {
       traits.anchored ? anchor_motion(world_, traits.anchor).velocity : Vec3(end.momentum / end.mass);
   inside += end.kinetic - end.momentum.dot(v) +
             0.5 * end.mass * (v.squaredNorm() + (step.h * world_.scene.gravity).squaredNorm());
-  const double limit = recovered ? 0.0 : swing * inside;
+  // Of what it would have without the excess: a light ball may not swing by what has thrown it out of a cube.
+  const double limit = recovered ? 0.0 : swing * std::max(inside - std::max(excess, 0.0), 0.0);
   gained = std::max(0.0, gained + excess);
   const double all = gained - limit;
   for_soft(group, [&](SceneSoftBody& soft) { soft.gained = std::exchange(gained, 0.0); });
