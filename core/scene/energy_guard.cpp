@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/dynamics/volume_elements.h"
+
 namespace isochor {
 namespace {
 
@@ -62,6 +64,18 @@ double scale_for(double excess, double energy) {
 double energy_when_strained(const SoftBody& body) {
   const double stretch = 0.05 * body.cell_size, cells = static_cast<double>(body.mesh->cells.size());
   return 0.5 * cells * (12.0 * body.material.edge + 4.0 * body.material.diagonal) * stretch * stretch;
+}
+
+/// A cell has lost or gained as much as it holds, which it had at the start.
+bool is_torn(const SoftBody& body) {
+  const VolumeElements cells(*body.mesh, false);
+  for (std::int64_t c = 0; c < cells.count(); ++c) {
+    const auto keeps = [&](const Coordinates& x) {
+      return std::abs(cells.volume(c, x) - body.rest_volumes[c]) <= body.rest_volumes[c];
+    };
+    if (!keeps(body.positions) && keeps(body.start_positions)) return true;
+  }
+  return false;
 }
 
 double damp_about(const RigidPart& motion, double excess, SoftBody& body) {
@@ -162,8 +176,14 @@ void EnergyGuard::hold(const Substep& step) {
       continue;
     }
     const bool may_halt = can_halt_group(group);
-    const double left = inverted && may_halt ? 0.0 : judge(step, group);
-    if (may_halt ? inverted || left > round_off : feasible && left > blown_up)
+    bool torn = false;  // there is no room for it between what presses, and springs are too weak to tell
+    if (groups_.traits(group).pinched)
+      for_soft(group, [&](const SceneSoftBody& soft) {
+        const bool turned = soft.inverted && !soft.began_inverted;
+        torn |= feasible ? turned && soft.halts_in_a_row > 0 : turned || is_torn(soft.body);
+      });
+    const double left = (inverted && may_halt) || torn ? 0.0 : judge(step, group);
+    if (torn || (may_halt ? inverted || left > round_off : feasible && left > blown_up))
       halt(step, group);
     else
       for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });
