@@ -68,8 +68,7 @@ class VolumeProjector {
  public:
   virtual ~VolumeProjector() = default;
   /// Before the first projection of a step of h seconds: moves positions by what the volume pressed in the
-  /// steps before, while that changes little. Does nothing where nothing is remembered, and
-  /// forgets what is where h is 0.
+  /// steps before, while that changes little. Does nothing where nothing is remembered.
   virtual void begin_step(const Coordinates& start, double h, Coordinates& positions);
   virtual ProjectionResult project(const ProjectionRequest& request, Coordinates& positions) = 0;
   virtual std::int64_t bytes() const = 0;

@@ -160,6 +160,18 @@ bool EnergyGuard::can_halt_group(int group) const {
   return helps && !traits.pinched && !traits.unknown_work;
 }
 
+/// Between what presses, where springs are too weak to tell. Once it has none, whatever turns tets over,
+/// though it keeps their volume, is a way out that there is not.
+bool EnergyGuard::has_no_room(int group, bool feasible) const {
+  if (!groups_.traits(group).pinched) return false;
+  bool result = false;
+  for_soft(group, [&](const SceneSoftBody& soft) {
+    const bool turned = soft.inverted && !soft.began_inverted;
+    result |= feasible ? turned && soft.halts_in_a_row > 0 : turned || is_torn(soft.body);
+  });
+  return result;
+}
+
 void EnergyGuard::hold(const Substep& step) {
   for (std::size_t s = 0; s < world_.soft.size(); ++s) {
     const int group = groups_.of_soft(s);
@@ -176,14 +188,9 @@ void EnergyGuard::hold(const Substep& step) {
       continue;
     }
     const bool may_halt = can_halt_group(group);
-    bool torn = false;  // there is no room for it between what presses, and springs are too weak to tell
-    if (groups_.traits(group).pinched)
-      for_soft(group, [&](const SceneSoftBody& soft) {
-        const bool turned = soft.inverted && !soft.began_inverted;
-        torn |= feasible ? turned && soft.halts_in_a_row > 0 : turned || is_torn(soft.body);
-      });
-    const double left = (inverted && may_halt) || torn ? 0.0 : judge(step, group);
-    if (torn || (may_halt ? inverted || left > round_off : feasible && left > blown_up))
+    const bool no_room = has_no_room(group, feasible);
+    const double left = (inverted && may_halt) || no_room ? 0.0 : judge(step, group);
+    if (no_room || (may_halt ? inverted || left > round_off : feasible && left > blown_up))
       halt(step, group);
     else
       for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });

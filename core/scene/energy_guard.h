@@ -44,6 +44,7 @@ class EnergyGuard {
   void for_rigid(int group, const Visit& visit) const;
   bool is_in_contact(const SceneSoftBody& soft) const;
   bool can_halt_group(int group) const;
+  bool has_no_room(int group, bool feasible) const;
   Sums sum(int group, At when, bool turning) const;
   double spring_energy_at(SceneSoftBody& soft, At when) const;
   double work_of_anchor(const Substep& step, int group, const Sums& start, const Sums& end) const;
