@@ -174,6 +174,22 @@ test('a mesh that leaves nothing is answered with a fix of one click', async () 
   await page.context().close();
 });
 
+test('walls thinner than the cells are answered with the cells and voxels that hold them, by one click', async () => {
+  const page = await suite.open();
+  const needle = cube.replace(/^v (\S+) (\S+) (\S+)$/gm, (_, x, y, z) => `v ${10 * x} ${0.3 * y} ${0.2 * z}`);
+  await choose(page, 'needle.obj', needle);
+  const card = page.locator('.problem-card');
+  await card.filter({hasText: /try \d+ cells and \d+ voxels/}).waitFor();
+  const [, cells, voxels] = /try (\d+) cells and (\d+) voxels/.exec(await card.textContent());
+  await card.getByRole('button', {name: `Set Cells to ${cells} and Voxels to ${voxels}`}).click();
+  await card.waitFor({state: 'detached'});
+  await eventually(() => tets(page), n => n > 0, 'the model of the needle');
+  assert.equal(await page.getByLabel('Cells, exact value').inputValue(), cells);
+  assert.equal(await page.getByLabel('Voxels, exact value').inputValue(), voxels);
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('a file that is no mesh is named, and the model stays', async () => {
   const page = await suite.open();
   await choose(page, 'notes.txt', 'not a mesh');

@@ -44,6 +44,7 @@ test('error against run time: a clicked point gives its settings, and a budget p
   await report.getByText('No measured setting converges within 0.000001 ms.').waitFor();
   await report.getByLabel('Fit my budget').fill('1e6');
   await report.getByLabel('Fit my budget').press('Enter');
+  await report.getByText(/^newton · \w+ · 1e-0[246], \d+ substeps: .* ms, with reserve .* ms, error /).waitFor();
   await report.getByRole('button', {name: 'Use these settings'}).click();
   await status(page).filter({hasText: 'Taken: newton · '}).waitFor();
   assert.equal(await report.locator('.dot.selected').count(), 1);

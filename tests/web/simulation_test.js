@@ -107,6 +107,44 @@ test('the inspector plots the run and lists the plan with its reasons', async ()
   await page.context().close();
 });
 
+test('plots of a run that has only its start count from it, and not to a hundred seconds', async () => {
+  const page = await suite.open(small);
+  await page.evaluate(() => {
+    const {prototype} = CanvasRenderingContext2D, {fillText} = prototype;
+    globalThis.labels = new Set();
+    prototype.fillText = function(text, ...rest) {
+      globalThis.labels.add(text);
+      return fillText.call(this, text, ...rest);
+    };
+  });
+  await page.getByRole('button', {name: 'Sim', exact: true}).click();
+  const labels = await eventually(() => page.evaluate(() => [...globalThis.labels]), seen => seen.includes('0.05'), 'an axis of a tenth of a second');
+  assert.ok(!labels.includes('25'), labels.join(', '));
+  no_complaints(page);
+  await page.context().close();
+});
+
+/// Stretched, and held so: no step can give it its volume back.
+const held = JSON.stringify({name: 'held', duration: 2, frame_rate: 60, gravity: [0, 0, 0],
+  bodies: [{name: 'cube', type: 'deformable', edge_stiffness: 100, diagonal_stiffness: 100,
+    lattice: {cells: [2, 2, 2], cell_size: 0.5, origin: [0, 0, 0]}, start: {affine: [[1.2, 0, 0], [0, 1, 0], [0, 0, 1]]}}],
+  pins: [{body: 'cube', inside: {min: [-9, -9, -9], max: [9, 9, 9]}, to: null}]});
+
+test('a tolerance that a step does not meet is said', async () => {
+  const page = await suite.open(small);
+  const tolerance = page.locator('.inspector dt', {hasText: /^Tolerance$/}).locator('xpath=following-sibling::dd[1]');
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  await tolerance.filter({hasText: /^met$/}).waitFor();
+  await drop(page, 'held.json', held);
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  await tolerance.filter({hasText: /^not met$/}).waitFor();
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('material, gravity and tolerance change while it runs, without a restart', async () => {
   const page = await suite.open(small);
   await play(page);

@@ -59,10 +59,17 @@ export function live_plots({simulation, events}) {
 
 function show_facts(facts, m) {
   if (!m) return;
-  const rows = [['Largest cell error', number(m.max_cell_volume_error)], ['Total error', number(m.total_volume_error)],
+  const tolerance = m.feasible === false ? h('span', {class: 'bad'}, 'not met') : 'met';
+  const rows = [['Largest cell error', number(m.max_cell_volume_error)], ['Tolerance', tolerance], ['Total error', number(m.total_volume_error)],
     ['Inverted tets', number(m.inverted)], ['Contacts', number(m.contacts)], ['Deepest penetration', `${number(m.max_penetration)} m`],
     ['Recoveries', number(m.recoveries)]];
   facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
+}
+
+/// Of the times themselves: uPlot makes a hundred of a single one.
+function range({data: [times]}) {
+  const from = times[0] ?? 0;
+  return [from, Math.max(times.at(-1) ?? 0, from + shortest)];
 }
 
 /// Three to five powers of ten.
@@ -87,7 +94,7 @@ function make_chart(root, {title, logarithmic, series}) {
   root.append(holder);
   return new uPlot({
     width: root.clientWidth || 260, height: scaled(100), legend: {show: false}, cursor: {show: false}, padding: [8, 12, 0, 0],
-    scales: {x: {time: false, range: (_, low, high) => [low, Math.max(high, low + shortest)]}, y: logarithmic ? {distr: 3} : {}},
+    scales: {x: {time: false, range}, y: logarithmic ? {distr: 3} : {}},
     axes: [{...axis}, {...axis, size: scaled(46), ...logarithmic ? decades : {values: (_, ticks) => ticks.map(tick => number(tick, 2))}}],
     series: [{}, ...series.map(([name], k) => ({label: name, stroke: strokes[k], width: 1.5, points: {show: false}}))],
   }, [[], ...series.map(() => [])], holder);

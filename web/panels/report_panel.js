@@ -1,6 +1,6 @@
 import {h, unique_id} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
-import {about, number} from '../ui/format.js';
+import {about, counted, number} from '../ui/format.js';
 import {redraw} from '../ui/roving.js';
 import {error_legend, error_plot, orders_list} from '../report/error_plot.js';
 import {same} from '../state/store.js';
@@ -68,7 +68,8 @@ function budget_row(measuring, field, take) {
     if (!limit.reportValidity()) return;
     const point = fit_budget(measuring.report, field.value, Number(limit.value));
     if (!point) return answer.replaceChildren(`No measured setting converges within ${limit.value} ms.`);
-    answer.replaceChildren(`${point.series}: ${number(point.ms_per_step.median)} ms, error ${number(point.errors[field.value])} `, button('Use', () => take(point), {label: 'Use these settings'}));
+    const {series, settings: {substeps}, ms_per_step: {median}, fits_ms} = point;
+    answer.replaceChildren(`${series}, ${counted(substeps, 'substeps')}: ${number(median)} ms, with reserve ${number(fits_ms)} ms, error ${number(point.errors[field.value])} `, button('Use', () => take(point), {label: 'Use these settings'}));
   };
   limit.addEventListener('keydown', ({key}) => key === 'Enter' && fit());
   measuring.addEventListener('report', () => measuring.report || answer.replaceChildren());
