@@ -60,6 +60,20 @@ test('Tab reaches every control that is seen; each has a name and shows its focu
   await page.context().close();
 });
 
+test('a menu that Tab leaves is closed', async () => {
+  const page = await suite.open();
+  await page.getByRole('button', {name: 'Presets'}).focus();
+  await page.keyboard.press('Enter');
+  const preset = page.getByRole('button', {name: /^Fine/});
+  await preset.waitFor();
+  await page.keyboard.press('ArrowUp');
+  await page.keyboard.press('Tab');
+  await preset.waitFor({state: 'hidden'});
+  assert.equal(await page.evaluate(() => document.activeElement.getAttribute('aria-label')), 'Shortcuts and help (?)');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('the keys of its kind operate every switch, choice, slider and number', async () => {
   const page = await suite.open(small);
   const tried = {};

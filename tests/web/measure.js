@@ -120,24 +120,37 @@ function watch_drag(slider) {
   seen.end = () => (watch.disconnect(), globalThis.fetch = fetch);
 }
 
+/// Values that a slider is drawn between: usual ones, thresholds close to the surface, where more voxels count, and
+/// lattices finer than usual.
+const drags = [['P_in', 4, 9], ['P_in', 1, 1.7], ['cells', 33, 60]];
+
+async function measure_drags(page, name) {
+  for (const [title, low, high] of drags) {
+    await measure_drag(page, `${name}, ${title} dragged between ${low} and ${high}`, sliders[title], low, high);
+    await until(page, /^[\d,]+ tets/, () => page.getByRole('button', {name: 'Undo'}).click());
+  }
+}
+
 /// The mouse draws a slider to and fro for two seconds, without pause.
-async function measure_drag(page, name) {
-  const slider = page.getByRole('slider', {name: sliders.P_in, exact: true});
+async function measure_drag(page, name, label, low, high) {
+  const slider = page.getByRole('slider', {name: label, exact: true});
   await slider.scrollIntoViewIfNeeded();
-  const box = await slider.boundingBox();
+  const box = await slider.boundingBox(), thumb = 16;
+  const at = await slider.evaluate(({min, max}, values) => values.map(value => (value - min) / (max - min)), [low, high]);
+  const [left, right] = at.map(share => box.x + thumb / 2 + share * (box.width - thumb));
   await slider.evaluate(watch_drag);
-  await page.mouse.move(box.x + 0.2 * box.width, box.y + box.height / 2);
+  await page.mouse.move(left, box.y + box.height / 2);
   await page.mouse.down();
   const from = Date.now();
   for (let t = 0; t < 2000; t = Date.now() - from) {
-    await page.mouse.move(box.x + box.width * (0.3 - 0.1 * Math.cos(t / 300)), box.y + box.height / 2);
+    await page.mouse.move(left + (right - left) * (0.5 - 0.5 * Math.cos(t / 300)), box.y + box.height / 2);
     await page.waitForTimeout(8);
   }
   const {latencies, drawn} = await page.evaluate(() => (globalThis.drag.end(), globalThis.drag));
   const full = await until(page, /^[\d,]+ tets/, () => page.mouse.up());
-  note_all(`${name}, P_in dragged: from a move to the picture that shows it`, latencies);
-  note_all(`${name}, P_in dragged: from preview to preview`, drawn.slice(1).map((at, k) => at - drawn[k]));
-  note(`${name}, P_in dragged: full model after its release`, full);
+  note_all(`${name}: from a move to the picture`, latencies);
+  note_all(`${name}: from preview to preview`, drawn.slice(1).map((time, k) => time - drawn[k]));
+  note(`${name}: full model after its release`, full);
 }
 
 async function measure_large(page, name) {
@@ -204,12 +217,12 @@ async function measure_all(files) {
   const page = await open_page({browser, server, prepare: made => made.addInitScript(watch_pictures)});
   await measure_stream(page);
   await measure_tuning(page, 'tree');
-  await measure_drag(page, 'tree');
+  await measure_drags(page, 'tree');
   for (const file of files) {
     const name = basename(file);
     await until(page, /^[\d,]+ tets/, () => page.locator('input[type=file]').setInputFiles(file));
     await measure_tuning(page, name);
-    await measure_drag(page, name);
+    await measure_drags(page, name);
     await measure_large(page, name);
   }
 }

@@ -244,6 +244,19 @@ test('inverted tets are counted and glow crimson until they are cured', async ()
   await page.context().close();
 });
 
+test('a collider added before anything was played is seen, and one step back shows the model again', async () => {
+  const page = await suite.open(small);
+  await page.getByRole('button', {name: 'Add a sphere'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  const sim = page.getByRole('button', {name: 'Sim', exact: true}), pressed = value => eventually(() => sim.getAttribute('aria-pressed'), now => now === value, 'the layer');
+  await pressed('true');
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await pressed('false');
+  await eventually(() => look(page), seen => seen.tets > 2000, 'the tets');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('colliders are added, moved, resized and removed while it runs, which goes on', async () => {
   const page = await suite.open(small);
   await play(page);

@@ -24,8 +24,17 @@ export function collider_fields(app) {
     if (chosen) chosen.open = true, chosen.scrollIntoView({block: 'nearest'});
   });
   build();
-  const add = ['sphere', 'box', 'plane'].map(kind => button(kind, () => app.add_collider(kind), {name: 'plus', label: `Add a ${kind}`}));
+  const add = ['sphere', 'box', 'plane'].map(kind => button(kind, () => {
+    app.add_collider(kind);
+    show_simulation(store);
+  }, {name: 'plus', label: `Add a ${kind}`}));
   return [h('h3', {}, 'Rigid bodies'), list, h('div', {class: 'row'}, add)];
+}
+
+/// As a part of the last step: rigid bodies stand in the simulation alone.
+function show_simulation(store) {
+  const layers = store.get('view.layers');
+  if (!layers.sim) store.amend({'view.layers': Object.fromEntries(Object.keys(layers).map(name => [name, name === 'sim']))});
 }
 
 function collider(app, scope, body, index) {

@@ -15,6 +15,7 @@ export function menu_button(title, items) {
   });
   menu.addEventListener('toggle', ({newState}) => newState === 'open' && menu.querySelector('button')?.focus());
   menu.addEventListener('keydown', event => walk(menu, event));
+  menu.addEventListener('focusout', ({relatedTarget}) => relatedTarget && relatedTarget !== opener && !menu.contains(relatedTarget) && menu.hidePopover());
   return h('span', {}, opener, menu);
 }
 
