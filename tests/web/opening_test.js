@@ -174,6 +174,19 @@ test('a mesh that leaves nothing is answered with a fix of one click', async () 
   await page.context().close();
 });
 
+test('what was picked of one mesh does not stand beside the next, even when that one leaves nothing', async () => {
+  const page = await suite.open();
+  const ray = page.getByRole('img', {name: /^P along the ray/});
+  await page.keyboard.press('p');
+  await ray.waitFor();
+  await choose(page, 'triangle.obj', 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n');
+  await page.locator('.problem-card').filter({hasText: 'no lattice cell is filled enough'}).waitFor();
+  await page.getByText('Click a cell or a voxel in the view').waitFor();
+  assert.equal(await ray.count(), 0);
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('walls thinner than the cells are answered with the cells and voxels that hold them, by one click', async () => {
   const page = await suite.open();
   const needle = cube.replace(/^v (\S+) (\S+) (\S+)$/gm, (_, x, y, z) => `v ${10 * x} ${0.3 * y} ${0.2 * z}`);

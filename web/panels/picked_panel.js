@@ -21,6 +21,7 @@ export function picked_panel(app) {
     facts.replaceChildren(...rows(detail, meshing).flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
   });
   events.addEventListener('ray', ({detail}) => plot.replaceChildren(ray_plot(detail)));
+  meshing.addEventListener('mesh', () => app.clear_pick());  // of another one, which may stay without a model
   meshing.addEventListener('model', clear);
   return [hint, facts, plot];
 }
