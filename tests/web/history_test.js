@@ -113,6 +113,27 @@ test('a copied link shows the same picture in another browser: parameters, clip,
   await copy.context().close();
 });
 
+test('a copied link to a scene of the samples shows it, whatever a template has that it lacks', async () => {
+  const page = await suite.open();
+  await page.getByRole('button', {name: 'Samples'}).click();
+  await page.getByRole('button', {name: 'Chain', exact: true}).click();
+  const at_step = (shown, n) => shown.locator('.transport .time').filter({hasText: `step ${n} `}).waitFor();
+  await at_step(page, 0);
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await at_step(page, 1);
+  await page.getByRole('button', {name: 'Share'}).click();
+  await status(page).filter({hasText: /Link copied|The link stands/}).waitFor();
+  const {hash} = new URL(page.url());
+  const copy = await suite.open({hash, wait: false});
+  await at_step(copy, 1);
+  await eventually(() => Promise.resolve(copy.url()), url => new URL(url).hash === hash, 'the same link');
+  const {sum} = await look_at_rest(page);
+  await eventually(() => look(copy), seen => seen.sum === sum, 'the same picture');
+  no_complaints(copy);
+  await page.context().close();
+  await copy.context().close();
+});
+
 test('presets set the parameters, and the settings leave as a params file', async () => {
   const page = await suite.open();
   await page.getByRole('button', {name: 'Presets'}).click();

@@ -24,17 +24,20 @@ export function decode_link(hash) {
   }
 }
 
-/// base with the difference laid over it; keys that the base does not have are left out.
+/// base with the difference laid over it; keys that the base does not have are left out, but in what stands whole.
 export function merge(base, difference) {
+  if (plain(difference) && 'whole' in difference) return difference.whole;
   if (!plain(base) || !plain(difference)) return difference === undefined ? base : difference;
   return Object.fromEntries(Object.entries(base).map(([key, value]) => [key, key in difference ? merge(value, difference[key]) : value]));
 }
 
 const plain = value => value !== null && typeof value === 'object' && !Array.isArray(value);
 
+/// An object with other keys than the base's stands whole, as a scene from a file does beside a template's.
 function differ(value, base) {
   if (same(value, base)) return undefined;
   if (!plain(value) || !plain(base)) return value;
+  if (!same(...[value, base].map(object => Object.keys(object).sort()))) return {whole: value};
   const entries = Object.entries(value).map(([key, item]) => [key, differ(item, base[key])]).filter(([, item]) => item !== undefined);
   return Object.fromEntries(entries);
 }
