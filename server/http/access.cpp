@@ -40,10 +40,12 @@ bool equal_in_constant_time(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-AccessPolicy loopback_policy(int port, std::string token) {
+AccessPolicy loopback_policy(int port, std::string token, const std::string& name) {
   AccessPolicy policy;
   policy.token = std::move(token);
-  for (const std::string host : {"127.0.0.1", "localhost", "[::1]"}) {
+  for (const std::string& host :
+       {std::string("127.0.0.1"), std::string("localhost"), std::string("[::1]"), lower_case(name)}) {
+    if (std::ranges::count(policy.hosts, host + ":" + std::to_string(port)) > 0) continue;
     policy.hosts.push_back(host + ":" + std::to_string(port));
     if (port == 80) policy.hosts.push_back(host);
   }

@@ -16,8 +16,8 @@ struct AccessPolicy {
   bool token_for_reading = false;  ///< not loopback: everything of the API needs it
 };
 
-/// Loopback names with this port.
-AccessPolicy loopback_policy(int port, std::string token);
+/// Loopback names with this port, and the name that the server was told to listen at.
+AccessPolicy loopback_policy(int port, std::string token, const std::string& name = "localhost");
 
 /// Host, Origin and Sec-Fetch-Site; nullopt when they are in order.
 std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy);

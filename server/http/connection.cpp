@@ -58,7 +58,7 @@ void Connection::close() {
 
 bool Connection::on_readable(const Service& service, Clock::time_point now) {
   if (state_ == State::head) return read_head(service, now);
-  if (state_ == State::body) return read_body();
+  if (state_ == State::body) return read_body(now);
   discard_input();
   return false;
 }
@@ -88,26 +88,27 @@ bool Connection::read_head(const Service& service, Clock::time_point now) {
     send(socket_.descriptor(), "HTTP/1.1 100 Continue\r\n\r\n", 25, MSG_NOSIGNAL | MSG_DONTWAIT);
   state_ = State::body;
   deadline_ = now + limits_.body;
-  std::string& body = admission_.request.body;
-  body.reserve(admission_.body_bytes);  // not touched, so not resident, until it is received
-  body.append(input_, length, admission_.body_bytes);
-  input_ = {};
-  return body.size() == admission_.body_bytes || read_body();
+  input_ = input_.substr(length);
+  return whole() || (!body().in_file() && read_body(now));
 }
 
 /// All that is there, as far as others do not have to wait: a body whose sender is gone is let go before the
 /// next one grows.
-bool Connection::read_body() {
+bool Connection::read_body(Clock::time_point now) try {
+  Body& body = admission_.request.body;
+  const std::string begun = std::exchange(input_, {});
+  body.append(std::string_view(begun).substr(0, body.missing()));
   std::array<char, read_size> buffer;
-  std::string& body = admission_.request.body;
-  for (int reads = 0; reads < reads_a_turn && body.size() < admission_.body_bytes; ++reads) {
-    const std::size_t missing = admission_.body_bytes - body.size();
-    const ssize_t got = receive(socket_.descriptor(), buffer.data(), std::min(buffer.size(), missing));
+  for (int reads = 0; reads < reads_a_turn && body.missing() > 0; ++reads) {
+    const ssize_t got = receive(socket_.descriptor(), buffer.data(), std::min(buffer.size(), body.missing()));
     if (got == 0) close();
     if (got <= 0) return false;
-    body.append(buffer.data(), static_cast<std::size_t>(got));
+    body.append({buffer.data(), static_cast<std::size_t>(got)});
   }
-  return body.size() == admission_.body_bytes;
+  return whole();
+} catch (const RefusalException& full) {
+  respond(problem_response(full.refusal), now);
+  return false;
 }
 
 void Connection::on_hangup() {
@@ -125,6 +126,7 @@ Admission Connection::take_admission() {
   abandoned_ = std::make_shared<std::atomic<bool>>(false);
   admission_.request.abandoned = abandoned_;
   state_ = State::working;
+  input_ = {};
   return std::move(admission_);
 }
 
@@ -136,6 +138,7 @@ void Connection::respond(Response response, Clock::time_point now) {
     return on_wake(now);
   }
   pending_.reset();
+  admission_ = {};
   add_security_headers(response);
   output_ = {};
   output_.head = format_head(response);

@@ -45,7 +45,7 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
 
   /// Reads what is there. True when the request is whole: the caller answers at once, or takes it to a
-  /// worker.
+  /// worker. A body that goes to a file is left for the next call.
   bool on_readable(const Service& service, Clock::time_point now);
   void on_writable(Clock::time_point now);
   /// The peer has ended its side: what works for it may stop.
@@ -65,6 +65,9 @@ class Connection {
 
   State state() const { return state_; }
   bool closed() const { return state_ == State::closed; }
+  /// Its body goes to a file, and is not whole yet.
+  bool awaits_file() const { return state_ == State::body && body().in_file() && !whole(); }
+  bool whole() const { return state_ == State::body && body().missing() == 0; }
   bool wants_read() const {
     return state_ == State::head || state_ == State::body || state_ == State::streaming ||
            state_ == State::lingering;
@@ -74,8 +77,10 @@ class Connection {
   std::uint64_t id() const { return id_; }
   int socket() const { return socket_.descriptor(); }
   Clock::time_point opened() const { return opened_; }
-  std::size_t buffered_head() const { return state_ == State::head ? input_.size() : 0; }
-  std::size_t declared_body() const { return state_ == State::body ? admission_.body_bytes : 0; }
+  /// In memory, of a request that is not whole yet.
+  std::size_t buffered() const {
+    return state_ == State::head || state_ == State::body ? input_.size() + body().bytes_in_memory() : 0;
+  }
   /// This reader's share of the body that it takes.
   std::size_t unsent_body() const {
     return output_.body ? output_.body->size() / static_cast<std::size_t>(output_.body.use_count()) : 0;
@@ -94,7 +99,8 @@ class Connection {
 
   bool has_output() const { return output_.sent < output_.size(); }
   bool read_head(const Service& service, Clock::time_point now);
-  bool read_body();
+  bool read_body(Clock::time_point now);
+  const Body& body() const { return admission_.request.body; }
   void write(Clock::time_point now);
   void pull(Clock::time_point now);
   void finish(Clock::time_point now);

@@ -8,6 +8,7 @@
 #include "server/http/query.h"
 #include "server/http/service.h"
 #include "server/messages/api_messages.h"
+#include "server/store/content_id.h"
 #include "server/stream/viewer.h"
 
 namespace isochor {
@@ -21,7 +22,8 @@ Response get_topology(Api& api, const Request& request) {
   const std::string& id = request.segment("id");
   Response response;
   response.body = api.texts.get(id + "/topology", [&] { return encode_topology(id, facts->bodies); });
-  response.headers.emplace_back("ETag", '"' + id + '"');
+  // Its id would not do: another launch has another simulation of this id.
+  response.headers.emplace_back("ETag", '"' + content_id("t", *response.body) + '"');
   return response;
 }
 

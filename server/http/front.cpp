@@ -22,7 +22,7 @@ struct Front::Answers {
   Guarded<std::vector<std::pair<std::uint64_t, Response>>> ready;
 };
 
-Front::Front(Listener& listener, const Service& service, WorkerPool& workers, std::shared_ptr<Waker> waker,
+Front::Front(Listener& listener, const Service& service, Workers& workers, std::shared_ptr<Waker> waker,
              const FrontLimits& limits)
     : listener_(listener),
       service_(service),
@@ -30,6 +30,7 @@ Front::Front(Listener& listener, const Service& service, WorkerPool& workers, st
       waker_(std::move(waker)),
       limits_(limits),
       streams_(waker_),
+      bodies_(service, waker_, limits.bodies),
       answers_(std::make_shared<Answers>()) {
   connections_.watch(listener_.descriptor(), EPOLLIN, listener_id);
   connections_.watch(waker_->descriptor(), Waker::epoll_events, waker_id);
@@ -52,10 +53,13 @@ void Front::run(std::chrono::milliseconds grace) {
 template <class Use>
 void Front::with(ConnectionSet::Entry& entry, const Use& use) try {
   connections_.with(entry, use);
-  if (entry.connection && entry.connection->state() == Connection::State::streaming)
+  if (!entry.connection) return;
+  if (entry.connection->state() == Connection::State::streaming)
     streams_.adopt(connections_.release(entry));
+  else if (entry.connection->awaits_file())
+    bodies_.adopt(connections_.release(entry));
 } catch (const std::bad_alloc&) {
-  // No memory for one more stream: it is closed.
+  // No memory to hand one more on: it is closed.
 }
 
 void Front::turn() {
@@ -70,6 +74,7 @@ void Front::turn() {
     else if (ConnectionSet::Entry* entry = connections_.find(event.data.u64))
       handle(*entry, event.events, now);
   }
+  if (woken) take_bodies(now);
   if (woken) take_answers(now);
   if (woken || now - last_tick_ >= connection_tick) sweep(now);
 }
@@ -111,20 +116,25 @@ void Front::handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::tim
     if ((events & EPOLLRDHUP) != 0) connection.on_hangup();
     if ((events & (EPOLLERR | EPOLLHUP)) != 0) connection.close();
   });
+  if (entry.connection) buffered_ += entry.connection->buffered();
   // At once, or what little it has left would keep the memory of its body apart.
   if (!entry.connection || entry.connection->closed()) connections_.entries().erase(id);
+  if (buffered_ > limits_.buffered) sweep(now);
 }
 
 void Front::dispatch(Connection& connection, Clock::time_point now) {
   auto admission = std::make_shared<Admission>(connection.take_admission());
   if (admission->route->immediate) return connection.respond(service_.answer(*admission), now);
-  const bool queued = workers_.submit(
-      [admission, id = connection.id(), answers = answers_, waker = waker_, &service = service_] {
-        Response response = service.answer(*admission);
-        retry_allocation(
-            [&] { answers->ready.with([&](auto& ready) { ready.emplace_back(id, std::move(response)); }); });
-        waker->wake();
-      });
+  const bool large_json = admission->route->body == BodyKind::json && admission->request.body.in_file();
+  const bool queued =
+      (large_json ? workers_.large_json : workers_.most)
+          .submit([admission, id = connection.id(), answers = answers_, waker = waker_, &service = service_] {
+            Response response = service.answer(*admission);
+            retry_allocation([&] {
+              answers->ready.with([&](auto& ready) { ready.emplace_back(id, std::move(response)); });
+            });
+            waker->wake();
+          });
   if (!queued)
     connection.respond(problem_response(Refusal{503, "busy", "too many requests are waiting", "try again"}),
                        now);
@@ -137,6 +147,17 @@ void Front::take_answers(Clock::time_point now) {
       with(*entry, [&](Connection& connection) { connection.respond(std::move(answer.second), now); });
 }
 
+/// Those whose bodies are whole, or have failed.
+void Front::take_bodies(Clock::time_point now) {
+  for (auto& connection : bodies_.take_read()) try {
+      with(connections_.add(std::move(connection)), [&](Connection& read) {
+        if (read.whole()) dispatch(read, now);
+      });
+    } catch (const std::bad_alloc&) {
+      // No memory for it here: it is closed.
+    }
+}
+
 /// Answers that wait for something, deadlines, bounds over all connections, and those that have closed. When
 /// thousands are overdue at once, their refusals take several sweeps: others want to be answered, too.
 void Front::sweep(Clock::time_point now) {
@@ -144,17 +165,19 @@ void Front::sweep(Clock::time_point now) {
   int overdue = 0;
   last_tick_ = now;
   keep_memory_reserve();
-  std::size_t heads = 0, bodies = 0, unsent = 0;
+  std::size_t unsent = 0;
+  buffered_ = 0;
   auto& entries = connections_.entries();
   for (auto newest = entries.rbegin(); newest != entries.rend(); ++newest)
     with(newest->second, [&](Connection& connection) {
       if (overdue < most_overdue && connection.on_tick(now)) ++overdue;
-      heads += connection.buffered_head();
-      bodies += connection.declared_body();
+      buffered_ += connection.buffered();
       const bool crowded_out = unsent > limits_.unsent_bodies && connection.unsent_body() > 0;
       unsent += connection.unsent_body();
-      if (heads > limits_.buffered_heads || bodies > limits_.declared_bodies || crowded_out)
-        connection.close();  // the oldest
+      const bool buffers_too_much = buffered_ > limits_.buffered && connection.buffered() > 0;
+      if (!buffers_too_much && !crowded_out) return;
+      buffered_ -= connection.buffered();
+      connection.close();  // the oldest
     });
   connections_.drop_closed();
 }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/http/body_reader.h"
 #include "server/http/connection_set.h"
 #include "server/http/listener.h"
 #include "server/http/stream_writer.h"
@@ -17,16 +18,24 @@ namespace isochor {
 struct FrontLimits {
   ConnectionLimits connection;
   std::size_t connections = 2048;
-  std::size_t buffered_heads = std::size_t{4} << 20;   ///< bytes of heads that are still incomplete
-  std::size_t declared_bodies = std::size_t{2} << 30;  ///< bytes of bodies under way
-  std::size_t unsent_bodies = std::size_t{1} << 30;    ///< bytes of answers that their readers have not taken
+  std::size_t buffered = std::size_t{4} << 20;       ///< bytes in memory of requests that are not whole
+  std::size_t unsent_bodies = std::size_t{1} << 30;  ///< bytes of answers that their readers have not taken
+  BodyLimits bodies;
+};
+
+/// Where requests are answered. The tree of a large JSON body takes many times its bytes, and tens of
+/// milliseconds: one at a time, and small requests do not wait for it.
+struct Workers {
+  WorkerPool most{6, 512};  ///< enough for the few that really work at the same time; slow peers hold none
+  WorkerPool large_json{1, 64};
 };
 
 /// Sockets on one side, request → response on the other: one thread and epoll. Workers see whole requests
-/// only, so that slow peers cost a descriptor and no thread. Streams go on to a thread of their own.
+/// only, so that slow peers cost a descriptor and no thread. Large bodies and streams have threads of their
+/// own.
 class Front {
  public:
-  Front(Listener& listener, const Service& service, WorkerPool& workers, std::shared_ptr<Waker> waker,
+  Front(Listener& listener, const Service& service, Workers& workers, std::shared_ptr<Waker> waker,
         const FrontLimits& limits = {});
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
@@ -44,17 +53,20 @@ class Front {
   void handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::time_point now);
   void dispatch(Connection& connection, Clock::time_point now);
   void take_answers(Clock::time_point now);
+  void take_bodies(Clock::time_point now);
   void sweep(Clock::time_point now);
 
   Listener& listener_;
   const Service& service_;
-  WorkerPool& workers_;
+  Workers& workers_;
   std::shared_ptr<Waker> waker_;
   FrontLimits limits_;
   std::atomic<bool> stop_{false};
   std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the listener and the waker
   ConnectionSet connections_;
+  std::size_t buffered_ = 0;  ///< at most so many since the last sweep
   StreamWriter streams_;
+  BodyReader bodies_;
   Clock::time_point last_tick_{};
   struct Answers;
   std::shared_ptr<Answers> answers_;  ///< shared with tasks that may outlive the front

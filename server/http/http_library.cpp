@@ -71,18 +71,6 @@ void declare_body(const Response& from, httplib::Response& to) {
 
 }  // namespace
 
-Request parse_request(std::string_view checked_head) {
-  Request request;
-  const std::string_view target = checked_head.substr(checked_head.find(' ') + 1);
-  request.path = target.substr(0, target.find_first_of("? "));
-  Exchange().run(checked_head, [&](const httplib::Request& parsed, httplib::Response&) {
-    request.method = parsed.method;
-    request.query.assign(parsed.params.begin(), parsed.params.end());
-    for (const auto& [name, value] : parsed.headers) request.headers.emplace_back(lower_case(name), value);
-  });
-  return request;
-}
-
 std::string format_head(const Response& response) {
   return Exchange().run("GET / HTTP/1.1\r\n\r\n", [&](const httplib::Request&, httplib::Response& out) {
     out.status = response.status;

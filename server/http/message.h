@@ -9,20 +9,21 @@
 #include <utility>
 #include <vector>
 
+#include "server/http/body.h"
 #include "server/stream/byte_source.h"
 
 namespace isochor {
 
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-/// A request that passed the guard (server/http/head_check.h, access.h): a value, whole in memory.
+/// A request that passed the guard (server/http/head_check.h, access.h): a value, and whole.
 struct Request {
   std::string method;
   std::string path;      ///< still percent-encoded, without the query
   Fields query;          ///< decoded
   Fields headers;        ///< names in lower case
   Fields path_segments;  ///< decoded values of the route's {names}
-  std::string body;
+  Body body;
   std::shared_ptr<const std::atomic<bool>> abandoned;  ///< set once its sender has gone; null: nobody tells
 
   /// First value; nullptr when absent.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/common/error.h"
+#include "server/http/head_check.h"
 
 namespace isochor {
 namespace {
@@ -24,6 +25,25 @@ std::optional<T> parse(std::string_view text) {
 }
 
 }  // namespace
+
+Fields parse_query(std::string_view query) {
+  const auto decode = [](std::string_view text) {
+    std::string spaced(text);
+    std::replace(spaced.begin(), spaced.end(), '+', ' ');
+    return percent_decode(spaced).value_or("");
+  };
+  Fields fields;
+  query.remove_prefix(std::min<std::size_t>(query.size(), 1));
+  while (!query.empty()) {
+    const std::string_view part = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(query.size(), part.size() + 1));
+    if (part.empty()) continue;
+    const std::size_t equals = std::min(part.find('='), part.size());
+    const std::size_t value = std::min(equals + 1, part.size());
+    fields.emplace_back(decode(part.substr(0, equals)), decode(part.substr(value)));
+  }
+  return fields;
+}
 
 void check_query(const Request& request, std::span<const QuerySpec> known) {
   for (const auto& [name, value] : request.query) {

@@ -11,6 +11,9 @@
 
 namespace isochor {
 
+/// What stands behind the '?' of a target, decoded. Its escapes have been checked.
+Fields parse_query(std::string_view query);
+
 /// Throws invalid_argument where a name stands in the query that the route does not know, or stands there
 /// twice.
 void check_query(const Request& request, std::span<const QuerySpec> known);

@@ -7,10 +7,6 @@
 namespace isochor {
 namespace {
 
-/// Enough for the few that really work at the same time; slow peers never hold one.
-constexpr int workers = 6;
-constexpr std::size_t max_waiting_requests = 512;
-
 std::string choose_token(const ServeOptions& options, const Listener& listener) {
   if (!listener.loopback() && options.token.empty())
     throw Error(ErrorCode::invalid_argument,
@@ -19,8 +15,13 @@ std::string choose_token(const ServeOptions& options, const Listener& listener) 
   return options.token.empty() ? make_token() : options.token;
 }
 
-AccessPolicy policy(const Listener& listener, const std::string& token) {
-  if (listener.loopback()) return loopback_policy(listener.port(), token);
+/// As it stands in a URL.
+std::string name_of(const std::string& host) {
+  return host.find(':') != std::string::npos ? "[" + host + "]" : host;
+}
+
+AccessPolicy policy(const std::string& host, const Listener& listener, const std::string& token) {
+  if (listener.loopback()) return loopback_policy(listener.port(), token, name_of(host));
   return {.hosts = {}, .token = token, .token_for_reading = true};
 }
 
@@ -34,9 +35,8 @@ Server::Server(const ServeOptions& options, const FrontLimits& limits)
       api_(Samples(options.samples_folder), waker_, options.memory_limit),
       // Where others can reach the page, it does not hold the token: a person brings it along in the URL.
       assets_(options.web_folder, listener_.loopback() ? token_ : ""),
-      service_(api_routes(api_), policy(listener_, token_),
+      service_(api_routes(api_), policy(host_, listener_, token_),
                [this](const Request& r) { return assets_.find(r); }),
-      workers_(workers, max_waiting_requests),
       front_(listener_, service_, workers_, waker_, limits) {
   warm();
 }
@@ -44,8 +44,7 @@ Server::Server(const ServeOptions& options, const FrontLimits& limits)
 Server::~Server() = default;
 
 std::string Server::url() const {
-  const bool v6 = host_.find(':') != std::string::npos;
-  return fmt::format("http://{}:{}/", v6 ? "[" + host_ + "]" : host_, port());
+  return fmt::format("http://{}:{}/", name_of(host_), port());
 }
 
 /// The first sample's model is there before the page asks for it.

@@ -35,7 +35,7 @@ class Server {
   Api api_;
   Assets assets_;
   Service service_;
-  WorkerPool workers_;
+  Workers workers_;
   Front front_;
 };
 

@@ -1,5 +1,6 @@
 #include "server/http/service.h"
 
+#include <algorithm>
 #include <exception>
 #include <new>
 
@@ -20,6 +21,14 @@ bool reads(const Head& head) {
   return head.method == "GET" || head.method == "HEAD";
 }
 
+/// Whatever its parameters; names of media types have no case (RFC 9110, 8.3.1).
+bool is_json(const std::string* content_type) {
+  if (!content_type) return false;
+  std::string name = lower_case(content_type->substr(0, content_type->find(';')));
+  name.erase(name.find_last_not_of(" \t") + 1);
+  return name == "application/json";
+}
+
 std::optional<Refusal> check_body(const Head& head, const Route& route) {
   if (route.body == BodyKind::none) {
     if (head.content_length > 0) return Refusal{413, "too_large", "this path takes no body", ""};
@@ -30,16 +39,16 @@ std::optional<Refusal> check_body(const Head& head, const Route& route) {
   const std::size_t limit = route.body == BodyKind::json ? max_json_bytes : max_file_bytes;
   if (head.content_length > limit)
     return Refusal{413, "too_large", "the body exceeds " + std::to_string(limit >> 20) + " MiB", ""};
-  const std::string* type = head.field("content-type");
-  if (route.body == BodyKind::json && head.content_length > 0 &&
-      !(type && type->starts_with("application/json")))
+  if (route.body == BodyKind::json && head.content_length > 0 && !is_json(head.field("content-type")))
     return Refusal{415, "unsupported_media_type", "the body must be application/json", ""};
   return std::nullopt;
 }
 
 bool matches_etag(const Request& request, const Response& response) {
   const std::string* known = request.header("if-none-match");
-  if (!known || response.status != 200) return false;
+  if (!known || response.status != 200 || !(request.method == "GET" || request.method == "HEAD"))
+    return false;
+  if (*known == "*") return true;
   for (const auto& [name, value] : response.headers)
     if (name == "ETag") return known->find(value) != std::string::npos;
   return false;
@@ -129,11 +138,14 @@ std::variant<RouteMatch, Response> Service::route(const Head& head, const Reques
 std::variant<Admission, Response> Service::admit(std::string_view text) const {
   auto checked = check_head(text);
   if (const auto* refusal = std::get_if<Refusal>(&checked)) return problem_response(*refusal);
-  const Head& head = std::get<Head>(checked);
+  Head& head = std::get<Head>(checked);
   if (const auto refusal = check_origin(head, policy_)) return problem_response(*refusal);
 
   Admission admission;
-  admission.request = parse_request(text);
+  const std::size_t path_length = std::min(head.target.find('?'), head.target.size());
+  admission.request.method = head.method;
+  admission.request.path = head.target.substr(0, path_length);
+  admission.request.query = parse_query(std::string_view(head.target).substr(path_length));
   auto routed = route(head, admission.request);
   if (auto* response = std::get_if<Response>(&routed)) return std::move(*response);
   auto& match = std::get<RouteMatch>(routed);
@@ -143,9 +155,10 @@ std::variant<Admission, Response> Service::admit(std::string_view text) const {
 
   admission.route = match.route;
   admission.request.path_segments = std::move(match.segments);
-  admission.body_bytes = head.content_length;
+  admission.request.body = Body(head.content_length);
   admission.expects_continue = head.expects_continue && head.content_length > 0;
   admission.head_only = head.method == "HEAD";
+  admission.request.headers = std::move(head.fields);
   return admission;
 }
 

@@ -16,7 +16,6 @@ inline constexpr std::size_t max_json_bytes = std::size_t{1} << 20, max_file_byt
 struct Admission {
   const Route* route = nullptr;
   Request request;
-  std::size_t body_bytes = 0;
   bool expects_continue = false;
   bool head_only = false;
 };

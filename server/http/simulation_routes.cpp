@@ -31,7 +31,7 @@ Response when(const std::shared_ptr<SimulationRunner>& runner, int status, int l
   return response;
 }
 
-Scene wanted_scene(const Api& api, const std::string& body) {
+Scene wanted_scene(const Api& api, std::string_view body) {
   const auto wanted = read_simulation_request(body);
   // An empty base keeps the names of meshes as they were given: they are looked up, never opened.
   return wanted.sample ? sample_scene(api, *wanted.sample) : read_scene(body, "");

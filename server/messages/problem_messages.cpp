@@ -30,6 +30,7 @@ constexpr std::array titles{
     std::pair{413, "Content Too Large"},
     std::pair{414, "URI Too Long"},
     std::pair{415, "Unsupported Media Type"},
+    std::pair{416, "Range Not Satisfiable"},
     std::pair{417, "Expectation Failed"},
     std::pair{421, "Misdirected Request"},
     std::pair{422, "Unprocessable Content"},
@@ -39,6 +40,7 @@ constexpr std::array titles{
     std::pair{501, "Not Implemented"},
     std::pair{503, "Service Unavailable"},
     std::pair{505, "HTTP Version Not Supported"},
+    std::pair{507, "Insufficient Storage"},
 };
 
 /// Text from outside may hold any bytes: replace what is not UTF-8 instead of throwing.

@@ -122,6 +122,14 @@ TEST(Access, TheTokenOfThisLaunch) {
       401);
 }
 
+TEST(Access, ANameOfOnesOwnIsAnsweredToo) {
+  const AccessPolicy own = loopback_policy(8080, "secret", "Meshes.Test");
+  EXPECT_FALSE(check_origin(head({{"host", "meshes.test:8080"}}), own));
+  EXPECT_FALSE(check_origin(head({{"host", "127.0.0.1:8080"}}), own));
+  EXPECT_TRUE(check_origin(head({{"host", "meshes.test:8081"}}), own));
+  EXPECT_TRUE(check_origin(head({{"host", "meshes.test:8080"}}), policy));
+}
+
 TEST(Access, TokensAreLongAndNeverTheSame) {
   const std::string a = make_token(), b = make_token();
   EXPECT_EQ(a.size(), 64U);

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 import unittest
+import urllib.request
 
 from serving import SLOWNESS, Serving
 
@@ -27,6 +28,12 @@ class Client(unittest.TestCase):
                 self.assertLess(float(total), 1e-9)
                 self.assertLess(float(cell), 1e-5)
             self.assertIn("finished at frame 30", done.stdout)
+
+    def test_the_url_that_is_printed_is_answered(self):
+        for host in ("127.0.0.1", "localhost", "127.0.0.2"):
+            with self.subTest(host), Serving("--host", host) as server:
+                self.assertIn(host, server.url)
+                self.assertEqual(urllib.request.urlopen(server.url + "api/v1/health").status, 200)
 
     def test_it_passes_on_what_went_wrong(self):
         with Serving() as server:

@@ -1,4 +1,5 @@
 """Faults: what is killed, full, out of memory or gone. Nothing may be lost, torn or leaked."""
+import ctypes
 import os
 import pathlib
 import random
@@ -113,6 +114,40 @@ class Ends(unittest.TestCase):
             server.process.send_signal(signal.SIGTERM)
             self.assertEqual(server.process.wait(10), 0)
             self.assertLess(time.monotonic() - start, 2.0)
+
+    def freeze(self, thread):
+        """Stops one thread of a child, so that it looks at no flag; it ends with its program only."""
+        seize, interrupt, any_thread = 0x4206, 0x4207, 0x40000000
+        ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+        ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+        for request in (seize, interrupt):
+            if ptrace(request, thread, None, None):
+                self.skipTest("no thread may be stopped here: " + os.strerror(ctypes.get_errno()))
+        os.waitpid(thread, any_thread)
+        return lambda: os.waitpid(thread, any_thread | os.WNOHANG)[0]
+
+    def test_a_signal_ends_it_while_jobs_do_not_look_at_their_flags(self):
+        server = Serving()
+        server.wait_until_idle()
+        before = server.thread_seconds()
+        mesh = server.send("POST", "/meshes?sample=tree")["id"]
+        server.send("POST", "/models", {"mesh_id": mesh, "params": {"voxels": 500, "cells": 150}})
+        server.new_simulation(cells=16)
+
+        def busy():
+            return [int(thread) for thread, spent in server.thread_seconds().items()
+                    if spent > before.get(thread, 0.0) + 0.05 and int(thread) != server.pid]
+        ends = [self.freeze(thread) for thread in eventually(busy, lambda found: len(found) > 1, "threads that work")]
+        start = time.monotonic()
+        server.process.send_signal(signal.SIGTERM)
+        try:
+            for end in ends:
+                eventually(end, bool, "a thread", 10.0)
+            self.assertEqual(server.process.wait(10), 0)
+            self.assertLess(time.monotonic() - start, 2.0)
+        finally:
+            server.process.kill()
+            server.process.stdout.close()
 
     def test_a_second_instance_on_the_port_says_so(self):
         with Serving() as server:

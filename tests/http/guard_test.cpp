@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <thread>
 
 #include "tests/support/running_server.h"
@@ -121,8 +122,66 @@ TEST_F(Guard, BodiesAreBoundedBeforeTheyAreRead) {
       client_.exchange(head + "Content-Type: application/json\r\nContent-Length: 999999999\r\n\r\n").status,
       413);
   EXPECT_EQ(client_.exchange(head + "Content-Type: application/json\r\n\r\n").status, 411);
-  EXPECT_EQ(client_.exchange(head + "Content-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}").status, 415);
+  for (const char* other : {"text/plain", "application/jsonx", "application/json-seq"})
+    EXPECT_EQ(client_.exchange(head + "Content-Type: " + other + "\r\nContent-Length: 2\r\n\r\n{}").status,
+              415)
+        << other;
+  for (const char* json : {"application/json", "Application/JSON", "application/json ; charset=utf-8"})
+    EXPECT_EQ(client_.exchange(head + "Content-Type: " + json + "\r\nContent-Length: 2\r\n\r\n{}").status,
+              422)
+        << json;
   EXPECT_EQ(client_.exchange(head + "Content-Encoding: gzip\r\nContent-Length: 2\r\n\r\n{}").status, 415);
+}
+
+/// Takes two large bodies at once, of a megabyte together.
+class SmallGuard : public Guard {
+ protected:
+  SmallGuard() : Guard(limits()) {}
+  static FrontLimits limits() {
+    FrontLimits limits;
+    limits.bodies = {.connections = 2, .bytes = 1 << 20};
+    return limits;
+  }
+  /// One that has sent the first part of a body of a megabyte.
+  RawSocket sender(std::size_t sent) const {
+    RawSocket socket(client_.port());
+    socket.send("POST /api/v1/meshes?name=a.obj HTTP/1.1\r\n" + host_line() + token_line() +
+                "Content-Length: 1048576\r\n\r\n" + std::string(sent, '#'));
+    return socket;
+  }
+  static void expect_gave_way(RawSocket& socket) {
+    const HttpResponse answer = test::parse_response(socket.receive_all());
+    EXPECT_EQ(answer.status, 503);
+    EXPECT_EQ(answer.json()["code"], "busy");
+  }
+};
+
+TEST_F(SmallGuard, OfBodiesThatAreTooManyTheOldestGiveWay) {
+  RawSocket first = sender(1000), second = sender(1000), third = sender(1000);
+  expect_gave_way(first);
+  EXPECT_EQ(
+      client_.send("POST", "/api/v1/meshes?name=strip.obj", std::string(10000, '#') + "\nv 0 0 0\n").status,
+      422);
+  expect_gave_way(second);
+}
+
+TEST_F(SmallGuard, OfBodiesThatAreTooLargeTogetherTheOldestGivesWay) {
+  RawSocket first = sender(700000), second = sender(700000);
+  expect_gave_way(first);
+  second.send(std::string(1048576 - 700000, '#'));
+  EXPECT_EQ(test::parse_response(second.receive_all()).status, 422);
+}
+
+TEST_F(Guard, ALargeBodyThatNoDiskTakesIsTold) {
+  const char* before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  setenv("TMPDIR", "/nowhere", 1);
+  const std::string large = std::string(100000, '#') + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const HttpResponse refused = client_.send("POST", "/api/v1/meshes?name=a.obj", large);
+  before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
+  EXPECT_EQ(refused.status, 507);
+  EXPECT_NE(refused.json()["hint"].get<std::string>().find("TMPDIR"), std::string::npos);
+  EXPECT_EQ(client_.send("POST", "/api/v1/meshes?name=a.obj", large).status, 201);
 }
 
 /// A server that waits for a second, not a minute, for what a peer sends.
@@ -218,6 +277,29 @@ TEST_F(Guard, EndlessHeadsAreCutOff) {
   headers.send("GET / HTTP/1.1\r\n" + host_line());
   for (sent = 0; sent < (std::size_t{64} << 20) && headers.send("X-A: b\r\n");) sent += 8;
   EXPECT_LT(sent, std::size_t{16} << 20);
+}
+
+TEST_F(Guard, ALongHeaderHidesNothing) {
+  const std::string line = "X-Long: " + std::string(10000, 'a') + "\r\n";
+  const HttpResponse page = client_.get("/main.js");
+  EXPECT_EQ(client_
+                .exchange("GET /main.js HTTP/1.1\r\n" + host_line() + line +
+                          "If-None-Match: " + page.header("etag") + "\r\n\r\n")
+                .status,
+            304);
+  EXPECT_EQ(client_.exchange("GET /api/v1/health?none=1 HTTP/1.1\r\n" + host_line() + line + "\r\n").status,
+            422);
+}
+
+TEST_F(Guard, AQueryIsDecodedOnce) {
+  for (const std::string query : {"name=a%2Bb+c.obj", "name=a%2bb%20c.obj&", "&&name=a%2Bb+c.obj"}) {
+    const HttpResponse made =
+        client_.send("POST", "/api/v1/meshes?" + query, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    EXPECT_EQ(made.json()["name"], "a+b c.obj") << query;
+  }
+  EXPECT_EQ(client_.send("POST", "/api/v1/meshes?name=a.obj&name=b.obj", "v 0 0 0\n").status, 422);
+  EXPECT_EQ(client_.send("POST", "/api/v1/meshes?name", "v 0 0 0\n").status, 415);
+  EXPECT_EQ(client_.send("POST", "/api/v1/meshes?=a.obj", "v 0 0 0\n").status, 422);
 }
 
 TEST_F(Guard, ContinueIsSentForThoseWhoAsk) {

@@ -73,7 +73,10 @@ TEST_F(Resources, AModelIsWhatItsPartsSay) {
   const json result = make_model(upload("cube"), coarse_);
   const std::string path = "/api/v1/models/" + result["model_id"].get<std::string>();
   const HttpResponse response = client_.get(path);
-  EXPECT_EQ(client_.get(path, {{"If-None-Match", response.header("etag")}}).status, 304);
+  for (const std::string& known : {response.header("etag"), "W/" + response.header("etag"), std::string("*")})
+    EXPECT_EQ(client_.get(path, {{"If-None-Match", known}}).status, 304) << known;
+  EXPECT_EQ(client_.get(path, {{"If-None-Match", "\"other\""}}).status, 200);
+  EXPECT_EQ(client_.get("/api/v1/models/none", {{"If-None-Match", "*"}}).status, 404);
   const json model = response.json();
   EXPECT_EQ(model["params"]["voxels"], 32);
   std::vector<std::string> stages;

@@ -35,6 +35,20 @@ class SimulationsApi : public testing::Test {
   test::HttpClient client_ = running_.client();
 };
 
+TEST_F(SimulationsApi, TheTagOfATopologyIsThatOfNoOtherLaunch) {
+  const auto tag = [](const test::HttpClient& client, int cells) {
+    json scene = falling_box;
+    scene["bodies"][0]["lattice"]["cells"][0] = cells;
+    const json made = client.send_json("POST", "/api/v1/simulations", scene).json();
+    const std::string path = made["topology"], found = client.get(path).header("etag");
+    EXPECT_EQ(client.get(path, {{"If-None-Match", found}}).status, 304);
+    return path + found;
+  };
+  test::RunningServer other;
+  EXPECT_EQ(tag(client_, 2), tag(other.client(), 2));
+  EXPECT_NE(tag(client_, 1), tag(other.client(), 3));
+}
+
 TEST_F(SimulationsApi, ASceneStartsPausedWithItsPlan) {
   const HttpResponse response = client_.send_json("POST", "/api/v1/simulations", falling_box);
   const json simulation = response.json();

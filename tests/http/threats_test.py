@@ -139,13 +139,37 @@ class Threats(unittest.TestCase):
                 peer.close()
 
     def test_slow_bodies(self):
-        declared = int((1 << 30) / SLOWNESS)  # all of it is reserved, and a sanitizer marks what is
         with self.bounded():
             peers = [self.server.connect(self.head(
-                "POST", "/api/v1/meshes?name=a.obj", self.token(), f"Content-Length: {declared}") + b"v" * 1000)
+                "POST", "/api/v1/meshes?name=a.obj", self.token(), "Content-Length: 1073741824") + b"v" * 1000)
                 for _ in range(200)]
             self.assertEqual(self.server.request("POST", "/meshes?sample=cube")[0] // 100, 2)
             for peer in peers:
+                peer.close()
+
+    def test_bodies_all_but_finished(self):
+        for path, kind, declared, senders in (("/meshes?name=a.obj", "model/obj", 8 << 20, 40),
+                                              ("/simulations", "application/json", 1 << 20, 100),
+                                              ("/simulations", "application/json", 8000, 1000)):
+            part = self.head("POST", "/api/v1" + path, self.token(), f"Content-Type: {kind}",
+                             f"Content-Length: {declared}") + b" " * (declared - 1)
+            with self.subTest(path=path, declared=declared), self.bounded():
+                peers = [self.server.connect() for _ in range(senders)]
+                for peer in peers:
+                    with contextlib.suppress(OSError):  # those that gave way
+                        peer.sendall(part)
+                self.assertEqual(self.server.request("POST", "/meshes?sample=cube")[0] // 100, 2)
+                for peer in peers:
+                    peer.close()
+
+    def test_large_json_from_many_at_once(self):
+        body = b"[" + b",".join([b'"%s"' % (b"a" * 17)] * 49000) + b"]"
+        part = self.head("POST", "/api/v1/simulations", self.token(), "Content-Type: application/json",
+                         f"Content-Length: {len(body)}") + body
+        with self.bounded():
+            peers = [self.server.connect(part) for _ in range(12)]
+            for peer in peers:
+                self.assertIn(peer.recv(12), (b"HTTP/1.1 422", b"HTTP/1.1 503"))
                 peer.close()
 
     def test_bodies_whose_senders_vanish(self):
