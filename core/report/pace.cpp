@@ -14,8 +14,29 @@ double Pace::seconds_left(const Point& point, double of_one) const {
   return of_one * (of_one > once_above_ ? std::min(1, point.runs_left) : point.runs_left);
 }
 
+/// Points of a method and variant that blew up let others of it be expected to.
+double Pace::expected_reach(const Point& point) const {
+  constexpr double whole_runs = 0.25;  // as if so many had been seen
+  double reached = whole_runs, runs = whole_runs;
+  for (const Point& other : points_)
+    if (other.measured && !other.reference && other.place.method == point.place.method &&
+        other.place.variant == point.place.variant)
+      reached += other.reached, runs += 1.0;
+  return reached / runs;
+}
+
+double Pace::predict(const CostModel& model, const Point& point) const {
+  return model.predict(point.place) * (point.reference ? 1.0 : expected_reach(point));
+}
+
 void Pace::expect(const CostPlace& place, int runs) {
-  points_.push_back({place, runs, false, model_.empty() ? 0.0 : model_.predict(place)});
+  points_.push_back({.place = place, .runs_left = runs});
+  if (!model_.empty()) points_.back().seconds = predict(model_, points_.back());
+}
+
+void Pace::expect_reference(const CostPlace& place) {
+  expect(place, 1);
+  points_.back().reference = true;
 }
 
 // The longer a run goes on, the more its own pace counts, and the less what was predicted. The first one of
@@ -26,7 +47,7 @@ double Pace::fraction(const CostPlace& running, double share, double seconds) co
   if (model_.empty()) from_this.add(running, seconds / share);
   double left = 0.0;
   for (const Point& point : points_) {
-    const double predicted = model_.empty() ? from_this.predict(point.place) : point.seconds;
+    const double predicted = model_.empty() ? predict(from_this, point) : point.seconds;
     if (point.place != running) {
       left += seconds_left(point, predicted);
       continue;
@@ -39,16 +60,20 @@ double Pace::fraction(const CostPlace& running, double share, double seconds) co
   return spent > 0.0 ? spent / (spent + std::max(0.0, left)) : 0.0;
 }
 
-void Pace::end_run(const CostPlace& place, double seconds) {
+void Pace::end_run(const CostPlace& place, double seconds, double whole) {
   spent_ += seconds;
   Point* point = find(place);
   if (!point) return;
   --point->runs_left;
   point->seconds = point->measured ? std::min(point->seconds, seconds) : seconds;
   point->measured = true;
-  model_.add(place, seconds);
+  if (seconds < whole) {
+    point->reached = seconds / (whole * (1 + point->runs_left));
+    point->runs_left = 0;
+  }
+  model_.add(place, whole);
   for (Point& other : points_)
-    if (!other.measured && other.runs_left > 0) other.seconds = model_.predict(other.place);
+    if (!other.measured && other.runs_left > 0) other.seconds = predict(model_, other);
 }
 
 void Pace::leave_out(const CostPlace& place) {

@@ -15,9 +15,14 @@ class Pace {
   /// What an earlier run took, before anything is expected.
   void know(const CostPlace& place, double seconds) { model_.add(place, seconds); }
   void expect(const CostPlace& place, int runs);
+  /// Of what the points are measured against: whether it reaches its end says nothing of theirs.
+  void expect_reference(const CostPlace& place);
   /// Share of the whole that is done when the run at this place has done a share of its own in these seconds.
   double fraction(const CostPlace& running, double share, double seconds) const;
-  void end_run(const CostPlace& place, double seconds);
+  /// Of a run that went to its end, or would have taken `whole` seconds to get there: it blew up, and is not
+  /// made again.
+  void end_run(const CostPlace& place, double seconds, double whole);
+  void end_run(const CostPlace& place, double seconds) { end_run(place, seconds, seconds); }
   /// The runs of this point that are left are not made.
   void leave_out(const CostPlace& place);
 
@@ -25,11 +30,14 @@ class Pace {
   struct Point {
     CostPlace place;
     int runs_left = 0;
-    bool measured = false;
-    double seconds = 0.0;  ///< that one run took, or is predicted to take
+    bool reference = false, measured = false;
+    double seconds = 0.0;  ///< that one run took, or is predicted to take if it reaches its end
+    double reached = 1.0;  ///< share of the seconds of all its runs, had they gone to their ends
   };
   Point* find(const CostPlace& place);
   double seconds_left(const Point& point, double of_one) const;
+  double expected_reach(const Point& point) const;
+  double predict(const CostModel& model, const Point& point) const;
 
   double once_above_, spent_ = 0.0;
   CostModel model_;

@@ -30,6 +30,7 @@ struct Run {
   std::int64_t cells = 0;
   Outcome outcome = Outcome::converged;
   std::string reason;
+  double share = 1.0;  ///< of the scene's duration: less where it blew up
 
   double seconds() const {
     double sum = 0.0;
@@ -90,6 +91,7 @@ Run run_scene(Simulation& simulation, const MaterialPoints& points, const FrameS
     run.frame_ms.push_back(snapshot.metrics.step_ms);
     keep(snapshot);
     fraction(snapshot.t / scales.duration);
+    if (run.outcome == Outcome::blew_up) run.share = std::min(1.0, snapshot.t / scales.duration);
   }
   return run;
 }
@@ -165,6 +167,7 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, const s
   const SceneReportOptions& options = study.options;
   const Clock::time_point start = Clock::now();
   const auto simulation = study.build(settings);
+  const double built = seconds_since(start);
   if (study.points.bodies.empty()) {
     study.points = choose_material_points(simulation->topology(), options.material_points);
     study.scales = scene_scales(*simulation);
@@ -177,7 +180,8 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, const s
   Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double share) {
     study.progress.report(phase, study.pace.fraction(cost_place(settings), share, seconds_since(start)));
   });
-  study.pace.end_run(cost_place(settings), seconds_since(start));
+  const double taken = seconds_since(start);
+  study.pace.end_run(cost_place(settings), taken, built + (taken - built) / run.share);
   return run;
 }
 
@@ -330,9 +334,9 @@ Pace pace_of(const Study& study, const ScenePoint& reference, const std::vector<
              const DonePoints& done) {
   Pace pace(slow_run_seconds);
   for (std::size_t i = 0; i < places.size(); ++i)
-    if (done[i]) pace.know(places[i], done[i]->seconds);
-  pace.expect(cost_place(reference.settings), 1);
-  pace.expect(cost_place(at_half_the_substeps(reference.settings)), 1);
+    if (done[i] && done[i]->outcome != Outcome::blew_up) pace.know(places[i], done[i]->seconds);
+  pace.expect_reference(cost_place(reference.settings));
+  pace.expect_reference(cost_place(at_half_the_substeps(reference.settings)));
   for (std::size_t i = 0; i < places.size(); ++i)
     if (!done[i]) pace.expect(places[i], std::max(1, study.options.repeats));
   return pace;

@@ -108,6 +108,33 @@ TEST(Pace, TheFirstRunIsWhatTheOthersArePredictedFrom) {
   EXPECT_NEAR(pace.fraction(point, 0.0, 0.0), 1.0, 1e-12);
 }
 
+TEST(Pace, AReferenceThatBlowsUpLeavesTheOthersWhatTheyTake) {
+  const CostPlace reference{0, 0, {3.0}, 3.0}, first{0, 0, {1.0}, 1.0}, next{0, 0, {2.0}, 2.0};
+  Pace pace;
+  pace.expect_reference(reference), pace.expect(first, 1), pace.expect(next, 1);
+  pace.end_run(reference, 0.01, 1.0);
+  const double of_first = std::exp(-2.0), of_next = std::exp(-1.0);
+  EXPECT_NEAR(pace.fraction(first, 0.0, 0.0), 0.01 / (0.01 + of_first + of_next), 0.005);
+  pace.end_run(first, of_first);
+  const double spent = 0.01 + of_first;
+  EXPECT_NEAR(pace.fraction(next, 0.0, 0.0), spent / (spent + of_next), 0.03);
+}
+
+TEST(Pace, PointsThatBlowUpLetOthersOfTheirKindBeExpectedTo) {
+  Pace pace;
+  const auto place = [](int method, double x) { return CostPlace{method, 0, {x}, x}; };
+  for (int method : {0, 1})
+    for (int k = 0; k < 4; ++k) pace.expect(place(method, k), 2);
+  for (int k = 0; k < 3; ++k) {
+    pace.end_run(place(0, k), std::exp(k)), pace.end_run(place(0, k), std::exp(k));
+    pace.end_run(place(1, k), 0.01 * std::exp(k), std::exp(k));
+  }
+  const double spent = 2.01 * (1.0 + std::exp(1.0) + std::exp(2.0)), whole = 2.0 * std::exp(3.0);
+  const double left = spent / pace.fraction(place(1, 3), 0.0, 0.0) - spent;
+  EXPECT_GT(left, whole);
+  EXPECT_LT(left, 1.2 * whole);
+}
+
 TEST(Pace, APauseOfTheMachineIsForgottenAfterARepeat) {
   const CostPlace first{0, 0, {0.0}, 0.0}, next{0, 0, {1.0}, 1.0};
   CostModel model;
