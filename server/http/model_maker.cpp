@@ -28,6 +28,13 @@ double overall(std::string_view phase, double fraction) {
   return 0.0;
 }
 
+constexpr int most_preview_cells = 32;  // more are not drawn within 100 ms
+
+MeshingOptions with_preview_cells(MeshingOptions options) {
+  while (options.lattice.cells > most_preview_cells) options.lattice.cells = (options.lattice.cells + 1) / 2;
+  return options;
+}
+
 /// The last full model, where its distance field is that of these options; null where it is not.
 std::shared_ptr<const Model> full_model_of_field(StoredMesh& mesh, const MeshingOptions& options) {
   return mesh.remembered.with([&](const auto& models) {
@@ -59,13 +66,14 @@ std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& add
 
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
                                               const MeshingOptions& asked, bool preview, Progress& progress) {
-  // Coarse only where a full run would not be quick. With the distance field at hand it is, but for the rays,
-  // which then sweep a part of its voxels.
-  const auto full = preview ? full_model_of_field(*mesh, asked) : nullptr;
-  const bool same_rays = full && full->options.pseudo_volume == asked.pseudo_volume;
-  const int stride = full && !same_rays ? preview_stride(asked) : 1;
+  // Coarse only where a full run would not be quick. With the distance field at hand it is, but for many
+  // cells and for the rays, which then sweep a part of its voxels.
+  const MeshingOptions wanted = preview ? with_preview_cells(asked) : asked;
+  const auto full = preview ? full_model_of_field(*mesh, wanted) : nullptr;
+  const bool same_rays = full && full->options.pseudo_volume == wanted.pseudo_volume;
+  const int stride = full && !same_rays ? preview_stride(wanted) : 1;
   const bool coarse = preview && (!full || stride > 1);
-  const MeshingOptions options = !coarse ? asked : full ? thinned(asked, stride) : preview_options(asked);
+  const MeshingOptions options = !coarse ? wanted : full ? thinned(wanted, stride) : preview_options(wanted);
   const std::string id = content_id(
       "d", mesh->id + " " + describe(options) + (stride > 1 ? " thinned by " + std::to_string(stride) : ""));
   if (auto known = api.catalog.find_model(id)) return known;

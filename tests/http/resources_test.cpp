@@ -159,7 +159,7 @@ TEST_F(Resources, TheSameRequestIsTheSameModelAndWhatStaysIsReused) {
   EXPECT_EQ(other["model"]["stages"][2]["reused"], false);
 }
 
-TEST_F(Resources, APreviewIsCoarseWhereRaysAreCastAnew) {
+TEST_F(Resources, APreviewIsCoarseWhereRaysAreCastAnewOrThereAreManyCells) {
   const std::string mesh = upload("cube");
   const auto preview = [&](const json& params) {
     const json job =
@@ -172,6 +172,7 @@ TEST_F(Resources, APreviewIsCoarseWhereRaysAreCastAnew) {
   const json moved = {{"voxels", 128}, {"cells", 16}, {"p_in_voxels", 2.0}, {"p_subs_voxels", 3.0}};
   make_model(mesh, {{"voxels", 128}, {"cells", 12}});
   EXPECT_EQ(preview({{"voxels", 128}, {"cells", 16}})["model"]["params"]["voxels"], 128);
+  EXPECT_EQ(preview({{"voxels", 128}, {"cells", 48}})["model"]["params"]["cells"], 24);
   const json coarse = preview(moved), exact = make_model(mesh, moved);
   EXPECT_EQ(coarse["model"]["params"]["voxels"], 64);
   EXPECT_EQ(coarse["model"]["params"]["p_in_voxels"], 1.0);
