@@ -101,7 +101,7 @@ tinygltf::Model parse(std::span<const char> bytes) {
   for (const std::string& extension : model.extensionsRequired)
     if (extension != "KHR_mesh_quantization" && !extension.starts_with("KHR_materials") &&
         !extension.starts_with("KHR_texture"))
-      fail(fmt::format("the file requires {}, which is not read", extension), "export without compression");
+      fail(fmt::format("the file requires {}, which is not read", extension), "export the file without it");
   return model;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/mesh_input/orientation.h"
 #include "core/mesh_input/self_intersections.h"
 #include "core/mesh_input/topology.h"
 #include "core/parallel/cancellable_sort.h"
@@ -11,9 +12,6 @@ namespace isochor {
 namespace {
 
 constexpr std::size_t max_locations = 64;
-
-/// Of the box's longest edge: exporters leave seams that are round-off apart.
-constexpr double same_position = 1e-9;
 
 class DefectCounter {
  public:
@@ -33,9 +31,7 @@ class DefectCounter {
 
 class Inspector {
  public:
-  explicit Inspector(const TriangleSoup& soup)
-      : soup_(soup),
-        merged_(merge_vertices(soup.positions, same_position * bounding_box(soup).size().maxCoeff())) {}
+  explicit Inspector(const TriangleSoup& soup) : soup_(soup), merged_(merge_vertices(soup)) {}
 
   MeshReport run() {
     report_.vertices = static_cast<std::int64_t>(soup_.positions.size());
@@ -46,9 +42,9 @@ class Inspector {
     throw_if_scope_cancelled();
     const std::vector<Triangle> proper = proper_triangles();
     throw_if_scope_cancelled();
-    count_duplicates(proper);
+    const std::vector<Triangle> repeated = count_duplicates(proper);
     throw_if_scope_cancelled();
-    count_edges(proper);
+    count_edges(proper, repeated);
     throw_if_scope_cancelled();
     count_self_intersections(proper);
     throw_if_scope_cancelled();
@@ -64,13 +60,11 @@ class Inspector {
     return (soup_.positions[t[0]] + soup_.positions[t[1]] + soup_.positions[t[2]]) / 3.0;
   }
 
-  /// Volume by the divergence theorem about the box's centre, where cancellation is least.
   void measure() {
-    const Vec3 center = report_.bounds.center();
+    report_.volume = signed_volume(soup_);
     for (std::size_t t = 0; t < soup_.triangles.size(); ++t) {
       const Vec3 &a = corner(t, 0), &b = corner(t, 1), &c = corner(t, 2);
       report_.area += 0.5 * (b - a).cross(c - a).norm();
-      report_.volume += (a - center).dot((b - center).cross(c - center)) / 6.0;
     }
   }
 
@@ -110,17 +104,29 @@ class Inspector {
     return !((b - a).cross(c - a).norm() > 1e-12 * longest);
   }
 
-  void count_duplicates(const std::vector<Triangle>& proper) {
+  /// Returns them, their corners sorted.
+  std::vector<Triangle> count_duplicates(const std::vector<Triangle>& proper) {
     std::vector<Triangle> sorted = proper;
     for (Triangle& triangle : sorted) std::sort(triangle.begin(), triangle.end());
     cancellable_sort(sorted);
     DefectCounter duplicate("duplicate_triangles");
+    std::vector<Triangle> repeated;
     for (std::size_t i = 1; i < sorted.size(); ++i)
-      if (sorted[i] == sorted[i - 1]) duplicate.add(centroid(sorted[i]));
+      if (sorted[i] == sorted[i - 1]) {
+        duplicate.add(centroid(sorted[i]));
+        repeated.push_back(sorted[i]);
+      }
     duplicate.move_into(report_.defects);
+    return repeated;
   }
 
-  void count_edges(const std::vector<Triangle>& proper) {
+  /// The outer edges of leaves of two equal triangles are among those of `repeated`, and have no others.
+  void count_edges(const std::vector<Triangle>& proper, const std::vector<Triangle>& repeated) {
+    std::vector<std::array<std::int32_t, 2>> repeated_edges;
+    for (const auto& [a, b, c] : repeated)
+      repeated_edges.insert(repeated_edges.end(), {{a, b}, {b, c}, {a, c}});
+    cancellable_sort(repeated_edges);
+    bool balanced = !proper.empty();
     DefectCounter open("open_edges"), non_manifold("non_manifold_edges"), inconsistent("inconsistent_edges");
     for_each_edge(proper, [&](const EdgeUse& edge) {
       const Vec3 middle = 0.5 * (soup_.positions[edge.low] + soup_.positions[edge.high]);
@@ -128,7 +134,11 @@ class Inspector {
       if (uses == 1) open.add(middle);
       if (uses > 2) non_manifold.add(middle);
       if (uses == 2 && edge.forward != edge.backward) inconsistent.add(middle);
+      const bool outer =
+          uses == 2 && std::ranges::binary_search(repeated_edges, std::array{edge.low, edge.high});
+      balanced = balanced && edge.forward == edge.backward && !outer;
     });
+    report_.winds = balanced;
     report_.closed = !proper.empty() && open.count() + non_manifold.count() + inconsistent.count() == 0;
     open.move_into(report_.defects);
     non_manifold.move_into(report_.defects);
@@ -163,6 +173,10 @@ class Inspector {
 };
 
 }  // namespace
+
+bool has(const MeshReport& report, std::string_view defect) {
+  return std::ranges::any_of(report.defects, [&](const Defect& d) { return d.name.starts_with(defect); });
+}
 
 MeshReport inspect(const TriangleSoup& soup) {
   return Inspector(soup).run();

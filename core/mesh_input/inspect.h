@@ -20,9 +20,15 @@ struct MeshReport {
   Box bounds;
   double area = 0.0;
   bool closed = false;  ///< no open and no non-manifold edge, consistently oriented
+  /// Along every edge as many triangles run one way as the other, so that a winding number tells inside from
+  /// outside: closed soups and solids that share faces or edges, but no leaves of two equal triangles.
+  bool winds = false;
   double volume = 0.0;  ///< enclosed signed volume; meaningful when closed
   std::vector<Defect> defects;
 };
+
+/// Whether there are defects whose name begins so.
+bool has(const MeshReport& report, std::string_view defect);
 
 MeshReport inspect(const TriangleSoup& soup);
 

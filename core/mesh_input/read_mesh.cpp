@@ -112,7 +112,10 @@ TriangleSoup read_mesh(std::span<const char> bytes, MeshFormat format, Progress&
   TriangleSoup soup = read_as(bytes, format, progress);
   if (soup.triangles.empty())
     throw Error(ErrorCode::empty_result, "the mesh has no triangle",
-                soup.positions.empty() ? "" : "point clouds have no surface: reconstruct one first");
+                soup.positions.empty()
+                    ? "export it with its faces"
+                    : "points, lines and free-form surfaces are not read: make triangles of "
+                      "them first");
   progress.report("reading", 1.0);
   return soup;
 }

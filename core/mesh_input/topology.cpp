@@ -9,6 +9,9 @@
 namespace isochor {
 namespace {
 
+/// Of the box's longest edge: seams are round-off apart.
+constexpr double same_position = 1e-9;
+
 std::uint64_t hash(const Vec3& p) {
   std::uint64_t h = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -77,6 +80,10 @@ std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions, dou
     if (found < 0) table.insert(first[v]);
   }
   return first;
+}
+
+std::vector<std::int32_t> merge_vertices(const TriangleSoup& soup) {
+  return merge_vertices(soup.positions, same_position * bounding_box(soup).size().maxCoeff());
 }
 
 }  // namespace isochor

@@ -11,6 +11,8 @@ namespace isochor {
 /// For each vertex the first one at the same position, no coordinate further off than the tolerance: itself
 /// when it has no duplicate before it.
 std::vector<std::int32_t> merge_vertices(const std::vector<Vec3>& positions, double tolerance);
+/// With the tolerance that closes the seams which exporters leave.
+std::vector<std::int32_t> merge_vertices(const TriangleSoup& soup);
 
 /// An undirected edge and how many triangles run along it in each direction.
 struct EdgeUse {

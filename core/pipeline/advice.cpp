@@ -92,7 +92,7 @@ std::optional<double> find_density(const Model& model, Trials& trials) {
 
 /// Where no setting that was tried works.
 std::string last_advice(const Model& model) {
-  if (model.input->closed) return wall_advice(model);
+  if (model.enclosed_volume > 0.0) return wall_advice(model);
   if (const auto fault = input_below_a_cell(model)) return fmt::format("{}: {}", fault->what, fault->hint);
   return "try the preset thin or more cells";
 }
@@ -128,6 +128,11 @@ void add_warnings(Model& model) {
                      "smoothing iterations",
                      100.0 * model.smoothed->largest_shrinkage),
          "smoothing_iterations", std::max(0, model.options.smoothing.iterations / 2));
+  if (model.solid_shells)
+    warn(model, fmt::format(
+                    "parts that lie inside others and face the same way are taken as solid: turn them inside "
+                    "out to make cavities of them, which leaves a volume of {:.4g}",
+                    model.size.volume));
   if (lattice.components > 1)
     warn(model,
          fmt::format("the model falls into {} parts: largest_only keeps the largest", lattice.components),
@@ -143,7 +148,7 @@ void add_warnings(Model& model) {
         "where it closes an opening or fills a pocket",
         100.0 * quality.boundary_beyond, quality.boundary_to_input / cell);
     const PseudoVolumeOptions& options = model.options.pseudo_volume;
-    const bool asked_already = options.enclosed && model.input->closed;  // of what is not enclosed
+    const bool asked_already = options.enclosed && model.enclosed_volume > 0.0;  // of what is not enclosed
     if (options.far_majority < open_pockets && !asked_already)
       warn(model, fmt::format("{}: far_majority {} leaves pockets open", text, open_pockets), "far_majority",
            open_pockets);
@@ -152,7 +157,7 @@ void add_warnings(Model& model) {
   }
   if (model.volume_error() > 0.1)
     warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: {}", quality.volume,
-                            model.enclosed_volume(), wall_advice(model)));
+                            model.enclosed_volume, wall_advice(model)));
   else if (const auto fault = shortfall(model); fault && quality.coverage >= sufficient_coverage)
     warn(model, fmt::format("the model is incomplete: {}: {}", fault->what, fault->hint));
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/parallel/cancel_scope.h"
 #include "core/pipeline/advice.h"
@@ -14,20 +13,8 @@ struct AuthoringPipeline::Stages : PipelineStages {
   using PipelineStages::PipelineStages;
 };
 
-double Model::enclosed_volume() const {
-  if (!input->closed) return 0.0;
-  if (!smoothed) return std::abs(input->volume);
-  const auto off = [&](double volume) {
-    return volume > 0.0 ? std::abs(quality.volume - volume) : std::numeric_limits<double>::infinity();
-  };
-  return std::min({std::abs(input->volume), size.volume, size.winding_volume},
-                  [&](double a, double b) { return off(a) < off(b); });
-}
-
 double Model::volume_error() const {
-  if (!input->closed) return 0.0;
-  const double volume = enclosed_volume();
-  return volume > 0.0 ? std::abs(quality.volume - volume) / volume : std::numeric_limits<double>::infinity();
+  return enclosed_volume > 0.0 ? std::abs(quality.volume - enclosed_volume) / enclosed_volume : 0.0;
 }
 
 AuthoringPipeline::AuthoringPipeline(std::shared_ptr<const TriangleSoup> soup)

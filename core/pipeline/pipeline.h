@@ -52,13 +52,13 @@ struct Model {
   std::vector<std::string> warnings;  ///< each one says what, and what to change
   std::vector<Fix> fixes;             ///< of those warnings that one value cures
   SoupSize size;
+  /// What the input encloses: all around which its parts wind, once those that face inward are turned, but
+  /// for cavities, which face against the part around them. 0 where the input has no inside.
+  double enclosed_volume = 0.0;
+  bool solid_shells = false;  ///< it has parts within others that face like them
 
   const TetMesh& mesh() const { return smoothed->mesh; }
-  /// Volume that a closed input encloses; 0 for others. Where shells lie within shells, overlap or are turned
-  /// inside out there are several ways to say it: signed, by parity, by winding. It is the one that comes
-  /// closest to the model's; the signed one when the model is empty.
-  double enclosed_volume() const;
-  /// By what share the model's volume differs from that; 0 where the input is not closed.
+  /// By what share the model's volume differs from the enclosed one; 0 where the input has no inside.
   double volume_error() const;
 };
 

@@ -27,8 +27,7 @@ int even(double at_least) {
 
 std::string wall_advice(const Model& model) {
   const double longest = model.input->bounds.size().maxCoeff();
-  const double wall =
-      2.0 * model.enclosed_volume() / model.input->area;  // the distance of a plate's two sides
+  const double wall = 2.0 * model.enclosed_volume / model.input->area;  // the distance of a plate's two sides
   const int cells = even(2.0 * longest / wall);
   if (!(wall > 0.0) || cells > most_cells)
     return fmt::format(
@@ -48,11 +47,11 @@ std::optional<Shortfall> shortfall(const Model& model) {
                      "try the preset thin or more cells"};
   // A thin plate that falls to pieces may be covered all over, and lack a part of its volume only.
   const bool in_pieces = model.lattice->components > input.components;
-  if (input.closed && model.volume_error() > (in_pieces ? largest_in_pieces : largest_volume_error))
+  if (model.volume_error() > (in_pieces ? largest_in_pieces : largest_volume_error))
     return Shortfall{
         fmt::format("{}its volume is {:.4g}, but the closed input encloses {:.4g}",
                     in_pieces ? fmt::format("it falls into {} parts, and ", model.lattice->components) : "",
-                    quality.volume, model.enclosed_volume()),
+                    quality.volume, model.enclosed_volume),
         wall_advice(model)};
   const double most = most_volume(model.size.extents, model.lattice->grid.spacing);
   if (quality.volume > most)

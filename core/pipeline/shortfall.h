@@ -15,7 +15,7 @@ struct Shortfall {
 };
 
 /// Nothing for a complete model. Short falls one that covers too little of its input, whose volume is more
-/// than a quarter off that of a closed input (a tenth where it falls into pieces), or is more than a box
+/// than a quarter off what the input encloses (a tenth where it falls into pieces), or is more than a box
 /// around the input could hold, or all of whose input is smaller than a cell's face. Cheap.
 std::optional<Shortfall> shortfall(const Model& model);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/mesh_input/orientation.h"
 #include "core/pseudo_volume/enclosed.h"
 #include "core/tetrahedra/tetrahedra.h"
 
@@ -15,16 +16,37 @@ double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// None: the input has no inside, and leaves of two equal triangles have none either. Where it crosses
-/// itself, its orientation tells overlaps from cavities.
-std::optional<Enclosing> enclosing_rule(const MeshReport& input) {
-  const auto has = [&](std::string_view defect) {
-    return std::ranges::any_of(input.defects, [&](const Defect& d) { return d.name.starts_with(defect); });
+/// What tells inside from outside.
+struct Boundary {
+  std::shared_ptr<const TriangleSoup> soup;
+  Enclosing rule;
+};
+
+/// None: the input has no inside. Parity asks for no orientation, but cannot tell overlaps from cavities.
+std::optional<Boundary> boundary_of(const std::shared_ptr<const TriangleSoup>& soup,
+                                    const MeshReport& input) {
+  const auto outward = [](TriangleSoup any) {
+    return Boundary{std::make_shared<const TriangleSoup>(facing_outward(std::move(any))), Enclosing::winding};
   };
-  if (input.components == 0 || has("open_edges") || has("non_manifold_edges") || has("duplicate_triangles"))
+  if (input.winds) return input.components > 1 ? outward(*soup) : Boundary{soup, Enclosing::winding};
+  if (input.components == 0 || has(input, "open_edges") || has(input, "non_manifold_edges") ||
+      has(input, "duplicate_triangles"))
     return std::nullopt;
-  if (!has("self_intersections")) return Enclosing::parity;
-  return input.closed ? std::optional(Enclosing::winding) : std::nullopt;
+  if (!has(input, "self_intersections")) return Boundary{soup, Enclosing::parity};
+  if (auto alike = facing_alike(*soup)) return outward(*std::move(alike));
+  return std::nullopt;
+}
+
+/// Sampled volumes are off where a plate lies between the columns; the signed one is exact, but counts
+/// overlaps and shells within shells twice. By the same columns, parity leaves out what winding has there.
+EnclosedVolume enclosed_volume(const Boundary& boundary, const MeshReport& input, double by_parity) {
+  if (boundary.rule == Enclosing::parity) return {by_parity, false};
+  constexpr double same = 0.02;
+  const double by_winding = wound_volume(*boundary.soup), exact = std::abs(signed_volume(*boundary.soup));
+  const bool crosses = has(input, "self_intersections") || !input.closed;
+  const bool shells = !crosses && by_parity < (1.0 - same) * by_winding;
+  const bool once = !crosses && !shells;
+  return {once || std::abs(exact - by_winding) < same * by_winding ? exact : by_winding, shells};
 }
 
 }  // namespace
@@ -88,10 +110,16 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
   model->field = update("distance_field", 0, field_, field, [&] {
     const auto fine = fine_.lock();
     DistanceField made = fine ? thinned(*fine, stride_) : make_distance_field(*soup_, field, progress);
-    const auto rule = enclosing_rule(*input_);
-    enclosed_ = rule ? enclosed_voxels(*soup_, made, *rule, progress) : std::nullopt;
+    enclosed_.reset(), enclosed_volume_ = {};
+    if (const auto boundary = boundary_of(soup_, *input_)) {
+      progress.throw_if_cancelled();
+      enclosed_volume_ = enclosed_volume(*boundary, *input_, size().volume);
+      if (enclosed_volume_.volume > 0.0)
+        enclosed_ = enclosed_voxels(*boundary->soup, made, boundary->rule, progress);
+    }
     return made;
   });
+  model->enclosed_volume = enclosed_volume_.volume, model->solid_shells = enclosed_volume_.shells;
   model->pseudo_volume = update("pseudo_volume", field_.serial, pseudo_volume_, options.pseudo_volume, [&] {
     return make_pseudo_volume(*field_.result, options.pseudo_volume, progress,
                               enclosed_ ? &*enclosed_ : nullptr);

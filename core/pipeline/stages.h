@@ -17,6 +17,12 @@ struct Stage {
   double ms = 0.0;
 };
 
+/// That of a soup with an inside, and whether it holds shells within shells that are taken as solid.
+struct EnclosedVolume {
+  double volume = 0.0;
+  bool shells = false;
+};
+
 /// The stages of one soup. `update` is the whole of the caching: a stage is made anew when its source or its
 /// options differ from those of its last result.
 class PipelineStages {
@@ -48,7 +54,8 @@ class PipelineStages {
   std::weak_ptr<const DistanceField> fine_;
   int stride_ = 1;
   Stage<DistanceField, DistanceFieldOptions> field_;
-  std::optional<BitVolume> enclosed_;  ///< made with the field; of watertight soups
+  std::optional<BitVolume> enclosed_;  ///< made with the field; of soups that have an inside
+  EnclosedVolume enclosed_volume_;     ///< likewise
   Stage<PseudoVolume, PseudoVolumeOptions> pseudo_volume_;
   Stage<Lattice, LatticeOptions> lattice_;
   Stage<TetMesh, Nothing> unsmoothed_;

@@ -47,7 +47,7 @@ void describe(const Model& model, MeshingPoint& point) {
   if (const auto fault = shortfall(model)) point.incomplete = fault->what;
   point.tets = static_cast<std::int64_t>(model.mesh().tets.size());
   point.cells = static_cast<std::int64_t>(model.mesh().cells.size());
-  if (const double enclosed = model.enclosed_volume(); enclosed > 0.0)
+  if (const double enclosed = model.enclosed_volume; enclosed > 0.0)
     point.volume_error = (model.quality.volume - enclosed) / enclosed;
 }
 

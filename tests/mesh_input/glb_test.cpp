@@ -118,6 +118,8 @@ TEST(Glb, RefusesWhatIsNotThere) {
   const std::string draco = R"(,"extensionsRequired":["KHR_draco_mesh_compression"])";
   EXPECT_THAT(failure(glb(tet_json(nodes, draco), tet_binary())).what(),
               HasSubstr("KHR_draco_mesh_compression"));
+  const std::string instancing = R"(,"extensionsRequired":["EXT_mesh_gpu_instancing"])";
+  EXPECT_EQ(failure(glb(tet_json(nodes, instancing), tet_binary())).hint(), "export the file without it");
 }
 
 TEST(Glb, RefusesCountsBeyondTheBufferAndDeepJson) {

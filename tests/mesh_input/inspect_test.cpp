@@ -139,6 +139,16 @@ TEST(Inspect, TwoCubesOnOneFaceAreNonManifold) {
   const MeshReport report = inspect(soup);
   EXPECT_EQ(count(report, "non_manifold_edges"), 5);  // the shared side's border and its diagonal
   EXPECT_FALSE(report.closed);
+  EXPECT_TRUE(report.winds);
+}
+
+TEST(Inspect, LeavesOfTwoEqualTrianglesHaveNoInside) {
+  TriangleSoup soup = cube();
+  EXPECT_TRUE(inspect(soup).winds);
+  append(soup, {{{3, 0, 0}, {4, 0, 0}, {3, 1, 0}, {4, 1, 0}}, {{0, 1, 2}, {1, 3, 2}, {2, 1, 0}, {2, 3, 1}}});
+  EXPECT_FALSE(inspect(soup).winds);
+  soup.triangles.pop_back();
+  EXPECT_FALSE(inspect(soup).winds);
 }
 
 TEST(Inspect, AgreesWithTheFactsOfRealMeshes) {

@@ -112,13 +112,69 @@ TEST(Soups, ASphereTurnedInsideOutIsTheSameModel) {
   EXPECT_NEAR(mixed->quality.volume, outward->quality.volume, 1e-12);
 }
 
-TEST(Soups, AHollowShellHasItsVolumeThoughBothOfItsSidesFaceOutward) {
-  TriangleSoup shell = test::sphere(0.5, 1.0, 48);
-  test::append(shell, test::sphere(0.3, 1.0, 48));  // the signed volume adds the cavity
+TriangleSoup turned(TriangleSoup soup) {
+  for (Triangle& t : soup.triangles) std::swap(t[0], t[1]);
+  return soup;
+}
+
+TEST(Soups, AShellWithinAnotherIsACavityWhereItFacesAgainstItAndElseSolidAndSaidToBe) {
+  const TriangleSoup outer = test::sphere(0.5, 1.0, 48), inner = test::sphere(0.3, 1.0, 48);
+  TriangleSoup solid = outer, hollow = outer;
+  test::append(solid, inner), test::append(hollow, turned(inner));
   Progress progress;
-  const auto model = AuthoringPipeline(shared(shell)).run(small(), progress);
-  EXPECT_LT(model->volume_error(), 0.1);
-  EXPECT_GT(std::abs(model->input->volume), 1.3 * model->quality.volume);
+  for (const bool inward : {false, true}) {
+    const auto filled = AuthoringPipeline(shared(inward ? turned(solid) : solid)).run(small(), progress);
+    EXPECT_NEAR(filled->enclosed_volume, 0.521, 0.01);
+    EXPECT_LT(filled->volume_error(), 0.05);
+    ASSERT_EQ(filled->warnings.size(), 1u);
+    EXPECT_TRUE(filled->warnings[0].starts_with("parts that lie inside others and face the same way"));
+    const auto shell = AuthoringPipeline(shared(inward ? turned(hollow) : hollow)).run(small(), progress);
+    EXPECT_NEAR(shell->enclosed_volume, 0.409, 0.01);
+    EXPECT_LT(shell->volume_error(), 0.05);
+    EXPECT_TRUE(shell->warnings.empty());
+  }
+}
+
+TEST(Soups, PartsThatCrossBecomeOneSolidWhicheverWayTheyFace) {
+  const TriangleSoup one = test::sphere(0.5, 1.0, 32);
+  TriangleSoup other = one;
+  for (Vec3& p : other.positions) p.x() += 0.6;
+  TriangleSoup alike = one, against = one, mixed = one;
+  test::append(alike, other), test::append(against, turned(other)), test::append(mixed, turned(other));
+  for (std::size_t t = 0; t < mixed.triangles.size(); t += 5)
+    std::swap(mixed.triangles[t][0], mixed.triangles[t][1]);
+  Progress progress;
+  const auto solid = AuthoringPipeline(shared(alike)).run(small(), progress);
+  for (const TriangleSoup& soup : {against, mixed}) {
+    const auto model = AuthoringPipeline(shared(soup)).run(small(), progress);
+    EXPECT_EQ(model->mesh().tets, solid->mesh().tets);
+    EXPECT_NEAR(model->enclosed_volume, solid->enclosed_volume, 1e-12);
+  }
+}
+
+TEST(Soups, CubesThatShareFacesAreOneSolid) {
+  TriangleSoup blocks;
+  for (int n = 0; n < 27; ++n) {
+    const Vec3 corner(n % 3, n / 3 % 3, n / 9);
+    test::append(blocks, test::box(corner, corner + Vec3::Ones()));
+  }
+  Progress progress;
+  const auto model = AuthoringPipeline(shared(blocks)).run(small(), progress);
+  EXPECT_EQ(model->lattice->components, 1);
+  EXPECT_NEAR(model->enclosed_volume, 27.0, 1e-9);
+  EXPECT_LT(model->volume_error(), 0.03);
+}
+
+TEST(Soups, LeavesOfTwoEqualTrianglesAreJudgedAsOpen) {
+  TriangleSoup leaf = test::sheet(1.0, 30.0);
+  test::append(leaf, turned(leaf));
+  MeshingOptions options = small();
+  options.pseudo_volume.p_in_voxels = options.pseudo_volume.p_subs_voxels = 4.0;
+  Progress progress;
+  const auto model = AuthoringPipeline(shared(leaf)).run(options, progress);
+  EXPECT_EQ(model->enclosed_volume, 0.0);
+  EXPECT_EQ(model->volume_error(), 0.0);
+  EXPECT_GT(model->quality.coverage, 0.95);
 }
 
 TEST(Soups, PartsThatOverlapBecomeOneSolid) {
