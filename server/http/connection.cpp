@@ -15,6 +15,8 @@ namespace isochor {
 namespace {
 
 constexpr std::size_t read_size = 64 * 1024;
+/// Most heads are shorter, and what comes after one waits in memory for its turn.
+constexpr std::size_t head_read_size = 4 * 1024;
 constexpr int reads_a_turn = 32;
 /// Of what a refused sender still sends, so that it gets to read why: clients send a body whole before they
 /// read.
@@ -64,14 +66,16 @@ bool Connection::on_readable(const Service& service, Clock::time_point now) {
 }
 
 bool Connection::read_head(const Service& service, Clock::time_point now) {
-  std::array<char, max_head_bytes> buffer;
-  const ssize_t got = receive(socket_.descriptor(), buffer.data(), buffer.size());
-  if (got == 0) close();
-  if (got <= 0) return false;
-  const std::size_t searched = input_.size();
-  input_.append(buffer.data(), static_cast<std::size_t>(got));
-
-  const std::size_t length = head_length(input_, searched);
+  std::array<char, head_read_size> buffer;
+  std::size_t length = std::string::npos;
+  while (length == std::string::npos && input_.size() <= max_head_bytes) {
+    const ssize_t got = receive(socket_.descriptor(), buffer.data(), buffer.size());
+    if (got == 0) close();
+    if (got <= 0) return false;
+    const std::size_t searched = input_.size();
+    input_.append(buffer.data(), static_cast<std::size_t>(got));
+    length = head_length(input_, searched);
+  }
   if (length > max_head_bytes) {  // or npos: not there yet
     if (input_.size() > max_head_bytes)
       respond(problem_response(Refusal{431, "head_too_large", "the head exceeds 16 KiB", ""}), now);
@@ -139,6 +143,7 @@ void Connection::respond(Response response, Clock::time_point now) {
   }
   pending_.reset();
   admission_ = {};
+  input_ = {};
   add_security_headers(response);
   output_ = {};
   output_.head = format_head(response);

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <exception>
 
-#include "server/http/head_check.h"
 #include "server/messages/problem_messages.h"
 
 namespace isochor {

@@ -150,6 +150,7 @@ class Threats(unittest.TestCase):
     def test_bodies_all_but_finished(self):
         for path, kind, declared, senders in (("/meshes?name=a.obj", "model/obj", 8 << 20, 40),
                                               ("/simulations", "application/json", 1 << 20, 100),
+                                              ("/simulations", "application/json", 15000, 1500),
                                               ("/simulations", "application/json", 8000, 1000)):
             part = self.head("POST", "/api/v1" + path, self.token(), f"Content-Type: {kind}",
                              f"Content-Length: {declared}") + b" " * (declared - 1)
