@@ -12,6 +12,9 @@ namespace isochor {
 inline constexpr double friction_tolerance = 0.05;
 /// A bounce slower than what gravity adds in a few substeps is rest, m/s.
 inline constexpr double rest_speed = 0.05;
+/// What stands within a surface as a substep begins comes out at this speed, in cells a second: put right at
+/// once it would have a speed of its depth over h.
+inline constexpr double recovery_speed = 6.0;
 
 /// Of two surfaces in contact: the geometric mean, so that equal coefficients keep their value and a
 /// frictionless one stays frictionless.

@@ -388,6 +388,13 @@ Vec3 ParticleContacts::push(const SoftBody& body) const {
   return sum;
 }
 
+bool ParticleContacts::emerging() const {
+  return std::ranges::any_of(particles_, [](const Contact& contact) {
+    return std::any_of(contact.plane.begin(), contact.plane.begin() + contact.planes,
+                       [](const ContactPlane& plane) { return plane.emerging; });
+  });
+}
+
 bool ParticleContacts::on_the_move() const {
   return std::ranges::any_of(particles_,
                              [](const Contact& contact) { return !mean_shift(contact).isZero(0.0); });

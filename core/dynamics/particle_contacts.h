@@ -94,6 +94,8 @@ class ParticleContacts {
   /// What moving surfaces have done on the particles in this substep: the reactions by the shifts of the
   /// surfaces, J.
   double work(const SoftBody& body) const;
+  /// Some particle began the substep within a body and is on its way out.
+  bool emerging() const;
   /// A surface in contact moves in this substep.
   bool on_the_move() const;
 

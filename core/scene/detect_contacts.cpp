@@ -80,6 +80,7 @@ class RigidSweep {
         to_(world.predicted_pose(rigid)),
         swept_(swept_bounds(shape_, from_, to_)),
         slop_(contact_slop * body.cell_size),
+        recovered_(recovery_speed * body.cell_size * h),
         h_(h),
         massive_(world.dynamic(rigid)) {
     plane_.source = rigid;
@@ -108,7 +109,9 @@ class RigidSweep {
     const SurfaceQuery at_end = shape_.query(end);
     const Vec3 normal = to_.orientation * at_end.normal;
     if (normal.dot(before.normal) < same_side) return before;
-    return plane_at(i, end - at_end.distance * at_end.normal, at_end.normal);
+    ContactPlane plane = plane_at(i, end - at_end.distance * at_end.normal, at_end.normal);
+    leave_within(shape_.query(from_.to_local(body_.start_positions.at(i))).distance, plane);
+    return plane;
   }
 
   /// The plane that the particle must stay in front of, when it is behind it by more than what is tolerated.
@@ -121,8 +124,10 @@ class RigidSweep {
     const double path = (end - start).norm();
     if (at_end.distance > (touching ? -slop_ : path)) return false;
     Vec3 point, normal;
-    if (!entry(start, end, at_end, point, normal)) return false;
+    double at_start = 0.0;
+    if (!entry(start, end, at_end, point, normal, at_start)) return false;
     plane = plane_at(i, point, normal);
+    leave_within(at_start, plane);
     return plane.offset - plane.normal.dot(body_.positions.at(i)) > tolerated;
   }
 
@@ -136,10 +141,17 @@ class RigidSweep {
     return plane;
   }
 
+  /// What began within the body by more than that does not come out at once.
+  void leave_within(double distance_at_start, ContactPlane& plane) const {
+    if (distance_at_start >= -slop_) return;
+    plane.offset -= std::max(-distance_at_start - recovered_, 0.0);
+    plane.emerging = true;
+  }
+
   // Inside at the end, the nearest surface counts, unless it is the far side of what the path went into. From
   // the surface itself no path enters: what starts there and comes out behind is held where it started.
-  bool entry(const Vec3& start, const Vec3& end, const SurfaceQuery& at_end, Vec3& point,
-             Vec3& normal) const {
+  bool entry(const Vec3& start, const Vec3& end, const SurfaceQuery& at_end, Vec3& point, Vec3& normal,
+             double& distance_at_start) const {
     const auto take = [&](const Vec3& p, const Vec3& n) { point = p, normal = n; };
     const auto hit = shape_.sweep(start, end);
     if (!hit && at_end.distance >= 0.0) {
@@ -154,6 +166,7 @@ class RigidSweep {
     take(end - at_end.distance * at_end.normal, at_end.normal);
     if (hit) return true;
     const SurfaceQuery at_start = shape_.query(start);
+    distance_at_start = at_start.distance;
     if (at_start.normal.dot(at_end.normal) < same_side)
       take(start - at_start.distance * at_start.normal, at_start.normal);
     return true;
@@ -164,7 +177,7 @@ class RigidSweep {
   Box bounds_;  ///< of the shape, in its own frame
   Pose from_, to_;
   Box swept_;  ///< of the shape in the world, from one to the other
-  double slop_, h_;
+  double slop_, recovered_, h_;
   bool massive_;
   ContactPlane plane_;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/collision/contact_response.h"
 #include "core/dynamics/volume_elements.h"
 
 namespace isochor {
@@ -147,6 +148,15 @@ bool EnergyGuard::is_in_contact(const SceneSoftBody& soft) const {
          });
 }
 
+double EnergyGuard::emerging_speed(int group) const {
+  double speed = 0.0;
+  for_soft(group, [&](const SceneSoftBody& soft) {
+    if (soft.contacts && soft.contacts->emerging())
+      speed = std::max(speed, recovery_speed * soft.body.cell_size);
+  });
+  return speed;
+}
+
 bool EnergyGuard::can_halt(std::size_t soft) const {
   return can_halt_group(groups_.of_soft(soft));
 }
@@ -266,6 +276,9 @@ double EnergyGuard::judge(const Substep& step, int group) {
     soft.gained = 0.0;
   });
   excess -= springs_at_start;
+  if (const double v = emerging_speed(group); v > 0.0)
+    excess -= std::max(0.5 * end.mass * v * v - start.kinetic, 0.0) +
+              std::max(inside + end.potential - springs_at_start - start.potential, 0.0);
   if (!std::isfinite(excess)) return std::numeric_limits<double>::infinity();
   const Vec3 v =
       traits.anchored ? anchor_motion(world_, traits.anchor).velocity : Vec3(end.momentum / end.mass);
@@ -365,7 +378,7 @@ void EnergyGuard::halt(const Substep& step, int group) {
 
 bool gains_energy(const Substep& step, const SceneSoftBody& soft) {
   if (soft.touched || !soft.pins.empty() || !soft.attachments.empty() ||
-      (step.world.grab && step.world.grab->body == soft.id))
+      (soft.contacts && soft.contacts->emerging()) || (step.world.grab && step.world.grab->body == soft.id))
     return false;
   const SoftBody& body = soft.body;
   const Vec3& gravity = step.world.scene.gravity;

@@ -9,6 +9,9 @@
 namespace isochor {
 namespace {
 
+/// In which the volumes here and in the solvers may differ, relative.
+constexpr double round_off = 1e-13;
+
 void add_volumes(const World& world, Metrics& metrics) {
   double volume = 0.0, rest = 0.0;
   for (const SceneSoftBody& soft : world.soft) {
@@ -54,6 +57,9 @@ Metrics measure(const World& world, const StepStats& stats) {
   metrics.max_penetration = world.rigid.metrics().max_penetration;
   add_volumes(world, metrics);
   add_motion(world, metrics);
+  // A body that was left as it stood may have started so.
+  metrics.feasible &= stats.substeps == 0 || metrics.max_cell_volume_error <=
+                                                 world.scene.solver.tolerance * (1.0 + 1e-6) + round_off;
   for (const SceneSoftBody& soft : world.soft) {
     metrics.inverted += count_inverted(*soft.body.mesh, soft.body.positions);
     if (soft.contacts)

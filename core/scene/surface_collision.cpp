@@ -25,8 +25,6 @@ constexpr double rim = 0.05;
 /// Of the triangles that a vertex is behind at the end, the nearest counts that it was in front of by no less
 /// than minus this, in cells: what slides along a surface does not run into its rim.
 constexpr double rim_depth = 0.1;
-/// What stands behind a triangle comes out at this speed, in cells a second.
-constexpr double recovery_speed = 6.0;
 /// Contacts lie in the normal cones of both surfaces: the normals of vertex and triangle are opposed by no
 /// less than this (75°). A vertex that slides under a rim does not run into the side above it.
 constexpr double opposed = -0.26;

@@ -313,6 +313,54 @@ TEST(Extremes, AnInfeasibleBodyIsNamed) {
 
 /// A plate comes down on a cube between four walls and a floor until there is less room than its volume: it
 /// says so, and stays about where it is.
+/// Sunk into what it stands on by up to a metre, as bodies are placed by hand: it comes out at 6 cells a
+/// second, with no more motion than it then falls with, and stays out.
+class Sunk : public ::testing::TestWithParam<std::pair<RigidShape, double>> {};
+
+TEST_P(Sunk, BodiesComeOut) {
+  const auto& [shape, height] = GetParam();
+  for (const SpringIntegrator springs : {SpringIntegrator::symplectic, SpringIntegrator::implicit}) {
+    Progress quiet;
+    Scene scene = cube_at_rest(4);
+    scene.solver.springs = springs;
+    scene.bodies[0].position = Vec3(0.0, height, 0.0);
+    add_fixed(scene, "obstacle", shape, Vec3::Zero());
+    const auto simulation = compile(scene, quiet);
+    const Metrics start = simulation->snapshot().metrics;
+    const double depth = start.max_penetration, cell = 0.25;
+    ASSERT_GT(depth, 0.05);
+    double fastest = 0.0;
+    for (int i = 1; i <= 60; ++i) {
+      const Metrics m = simulation->step(quiet).metrics;
+      EXPECT_LE(m.max_penetration, std::max(depth - 6.0 * cell * i / 60.0, 0.0) + 1e-3 * cell) << i;
+      EXPECT_EQ(m.inverted, 0) << i;
+      EXPECT_TRUE(m.feasible) << i;
+      fastest = std::max(fastest, m.kinetic_energy);
+    }
+    // At twice that speed; put right at once, depth over h, it were 72 kJ and more.
+    EXPECT_LT(fastest, 0.5 * 1000.0 * std::pow(2.0 * 6.0 * cell, 2));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, Sunk,
+                         ::testing::Values(std::pair(RigidShape(PlaneShape{}), 0.4),
+                                           std::pair(RigidShape(PlaneShape{}), -0.3),
+                                           std::pair(RigidShape(SphereShape{0.5}), 0.9),
+                                           std::pair(RigidShape(BoxShape{Vec3(0.6, 0.3, 0.6)}), 0.7)));
+
+/// Volumes that the start has not are not kept by leaving the body where it stands, and the frame says so.
+TEST(Extremes, FeasibleIsWhatEndsWithItsVolumes) {
+  Progress quiet;
+  Scene scene = cube_at_rest(3);
+  std::get<DeformableBody>(scene.bodies[0].kind).start.invert = true;
+  scene.pins.push_back({"cube", AxisBox{Vec3(-1.0, -1.0, -1.0), Vec3(1.0, -0.45, 1.0)}, {}});
+  const auto simulation = compile(scene, quiet);
+  for (int i = 0; i < 4; ++i) {
+    const Metrics m = simulation->step(quiet).metrics;
+    EXPECT_EQ(m.feasible, m.max_cell_volume_error <= 1.0001 * scene.solver.tolerance) << i;
+  }
+}
+
 TEST(Extremes, ABodyWithoutRoomIsNotThrownAway) {
   Progress quiet;
   Scene scene = cube_at_rest(4);
