@@ -22,7 +22,11 @@ async function read_by_others(files) {
   }
 }
 
-
+/// The consumers' buttons, and who reads what they save (see tests/export/read_back.py); of an archive, one file.
+const readers = [
+  [/Save for Gmsh/, 'gmsh'], [/Save for MuJoCo/, 'gmsh', 'tree.msh'], [/Save for ParaView/, 'vtk'], [/Save for older VTK/, 'vtk'],
+  [/Save for TetGen/, 'tetgen', 'tree.node'], [/Save for fTetWild/, 'meshio'], [/Save for any viewer/, 'meshio'],
+  [/Save for MeshLab/, 'meshio'], [/Save for printing/, 'vtk']];
 
 async function save(page, name) {
   const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name}).click()]);
@@ -42,6 +46,34 @@ test('the dialog names the consumers and gives each its file', async () => {
   const text = bytes.toString();
   assert.match(text, /^\$MeshFormat\n2\.2 0 8/);
   assert.equal(Number(/\$Elements\n(\d+)/.exec(text)[1]), expected);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('what the buttons save is read by others as the model that is shown', async () => {
+  const page = await suite.open();
+  const expected = await tets(page);
+  await page.keyboard.press('e');
+  const folder = await mkdtemp(join(tmpdir(), 'isochor-')), run = promisify(execFile);
+  try {
+    const volumes = [];
+    for (const [button, reader, part] of readers) {
+      const {name, bytes} = await save(page, button);
+      await writeFile(join(folder, name), bytes);
+      if (part) await run('tar', ['xf', name], {cwd: folder});
+      const script = fileURLToPath(new URL('../export/read_back.py', import.meta.url));
+      const {stdout} = await run('/usr/bin/python3', [script, reader, join(folder, part ?? name)]);
+      const seen = JSON.parse(stdout);
+      if (seen.tets) assert.equal(seen.tets, expected, name);
+      volumes.push(seen.volume ?? seen.enclosed);
+    }
+    assert.ok(volumes.every(volume => Math.abs(volume / volumes[0] - 1) < 1e-5), `volumes ${volumes}`);
+    JSON.parse((await save(page, /Save for engines that skin/)).bytes);
+    assert.equal(JSON.parse((await save(page, /Save for three.js/)).bytes).tetIds.length, 4 * expected);
+    assert.match((await save(page, /Save for USD/)).bytes.toString(), /^#usda 1.0/);
+  } finally {
+    await rm(folder, {recursive: true});
+  }
   no_complaints(page);
   await page.context().close();
 });
