@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/collision/pair_tests.h"
 #include "core/common/error.h"
@@ -32,8 +33,7 @@ void transform_line(std::vector<float>& f, std::vector<int>& hull, std::vector<f
 }
 
 /// Distance in voxels from each voxel's centre to the nearest centre at which inside equals `value`.
-std::vector<float> distance_to(const std::vector<std::uint8_t>& inside, std::uint8_t value,
-                               const Vec3i& size) {
+std::vector<float> distance_to(std::span<const std::uint8_t> inside, std::uint8_t value, const Vec3i& size) {
   std::vector<float> squares(inside.size());
   for (std::size_t i = 0; i < squares.size(); ++i) squares[i] = inside[i] == value ? 0.0F : far;
   const std::array<std::int64_t, 3> stride{1, size.x(), std::int64_t{size.x()} * size.y()};

@@ -6,6 +6,7 @@
 #include <new>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace isochor {
 
@@ -61,5 +62,37 @@ class HugeArray {
   std::size_t size_ = 0;
   std::align_val_t alignment_{64};
 };
+
+/// Whole huge pages for what is as large as one, and what is not given a value keeps what it finds there.
+template <class T>
+struct HugeAllocator {
+  using value_type = T;
+  HugeAllocator() = default;
+  template <class U>
+  HugeAllocator(const HugeAllocator<U>&) {}
+  T* allocate(std::size_t size) {
+    const std::size_t bytes = size * sizeof(T);
+    auto* const data = static_cast<T*>(::operator new(bytes, alignment(size)));
+    prefer_huge_pages(data, bytes);
+    return data;
+  }
+  void deallocate(T* data, std::size_t size) { ::operator delete(data, alignment(size)); }
+  template <class U>
+  void construct(U*) {}
+  template <class U, class... Arguments>
+  void construct(U* place, Arguments&&... arguments) {
+    ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
+  }
+  bool operator==(const HugeAllocator&) const = default;
+
+ private:
+  static std::align_val_t alignment(std::size_t size) {
+    return std::align_val_t{size * sizeof(T) >= huge_page ? huge_page : 64};
+  }
+};
+
+/// A vector of plain values that are each written once it has its size, by whichever thread.
+template <class T>
+using HugeVector = std::vector<T, HugeAllocator<T>>;
 
 }  // namespace isochor

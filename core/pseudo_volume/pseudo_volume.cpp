@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "core/common/huge_array.h"
 #include "core/parallel/parallel.h"
 #include "core/pseudo_volume/directions.h"
 #include "core/pseudo_volume/proximity.h"
@@ -85,18 +84,21 @@ std::int64_t add_sheets(const Votes& at_threshold, BitVolume sheets, double radi
   return count;
 }
 
+/// Of whole rows, on all threads: half of what it takes is the first touch of the memory.
 void unpack(const Votes& votes, const BitVolume& inside, const FieldWindow& window, PseudoVolume& volume,
             const Progress& progress) {
-  for (std::vector<std::uint8_t>* voxels : {&volume.votes, &volume.inside}) {
+  const Vec3i size = volume.grid.size;
+  volume.votes.resize(volume.grid.count()), volume.inside.resize(volume.grid.count());
+  parallel_for(std::int64_t{size.y()} * size.z(), 64, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
-    voxels->reserve(volume.grid.count());
-    prefer_huge_pages(voxels->data(), voxels->capacity());
-    voxels->resize(volume.grid.count());
-  }
-  parallel_for(inside.rows(), 64, [&](std::int64_t begin, std::int64_t end) {
-    progress.throw_if_cancelled();
+    std::fill(volume.votes.begin() + begin * size.x(), volume.votes.begin() + end * size.x(),
+              std::uint8_t{0});
+    std::fill(volume.inside.begin() + begin * size.x(), volume.inside.begin() + end * size.x(),
+              std::uint8_t{0});
     for (auto r = begin; r < end; ++r) {
-      const int j = static_cast<int>(r % inside.size.y()), k = static_cast<int>(r / inside.size.y());
+      const int j = static_cast<int>(r % size.y()) - window.margin,
+                k = static_cast<int>(r / size.y()) - window.margin;
+      if (j < 0 || k < 0 || j >= window.size.y() || k >= window.size.z()) continue;
       const std::int64_t first = window.index(0, j, k);
       votes.unpack_row(j, k, volume.votes.data() + first);
       unpack_row(inside, j, k, volume.inside.data() + first);

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
+#include "core/common/huge_array.h"
 #include "core/common/progress.h"
 #include "core/distance_field/distance_field.h"
 #include "core/pseudo_volume/bit_volume.h"
@@ -53,9 +53,9 @@ inline constexpr double most_p_in_voxels = 16.0;
 inline constexpr int field_padding = static_cast<int>(most_p_in_voxels) + 2;
 
 struct PseudoVolume {
-  Grid grid;                         ///< that of the distance field
-  std::vector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel; 0 far outside
-  std::vector<std::uint8_t> inside;  ///< 1 where enough vote inside, or the input encloses it
+  Grid grid;                        ///< that of the distance field
+  HugeVector<std::uint8_t> votes;   ///< directions that vote inside, a byte a voxel; 0 far outside
+  HugeVector<std::uint8_t> inside;  ///< 1 where enough vote inside, or the input encloses it
   int rays = 0;
   Thresholds thresholds{};
   std::int64_t inside_count = 0;

@@ -3,8 +3,8 @@
 namespace isochor {
 namespace {
 
-template <class T>
-std::int64_t size_of(const std::vector<T>& values) {
+template <class T, class Allocator>
+std::int64_t size_of(const std::vector<T, Allocator>& values) {
   return static_cast<std::int64_t>(values.capacity() * sizeof(T));
 }
 

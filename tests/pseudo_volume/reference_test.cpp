@@ -15,7 +15,7 @@ void expect_equal(const DistanceField& field, const PseudoVolumeOptions& options
   Progress progress;
   const PseudoVolume volume = make_pseudo_volume(field, options, progress);
   const std::vector<std::uint8_t> votes = reference.votes();
-  ASSERT_EQ(volume.votes, votes);
+  ASSERT_TRUE(std::ranges::equal(volume.votes, votes));
   std::int64_t inside = 0;
   for (std::size_t i = 0; i < votes.size(); ++i) {
     ASSERT_EQ(volume.inside[i] != 0, reference.is_inside(votes[i]));
