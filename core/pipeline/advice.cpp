@@ -144,8 +144,7 @@ void add_warnings(Model& model) {
   if (const double cell = lattice.grid.spacing; quality.boundary_to_input > std::sqrt(3.0) * cell) {
     const std::string text = fmt::format(
         "{:.2g} % of the model's boundary lies more than a cell's diagonal from the input, up to {:.1f} "
-        "cells, "
-        "where it closes an opening or fills a pocket",
+        "cells, where the pseudo volume closes an opening or fills a pocket",
         100.0 * quality.boundary_beyond, quality.boundary_to_input / cell);
     const PseudoVolumeOptions& options = model.options.pseudo_volume;
     const bool asked_already = options.enclosed && model.enclosed_volume > 0.0;  // of what is not enclosed
@@ -155,6 +154,11 @@ void add_warnings(Model& model) {
     else
       warn(model, text);
   }
+  if (const double most = quality.to_pseudo_volume.max_diagonals; most > 1.0)
+    warn(model,
+         fmt::format("the model's boundary lies up to {:.1f} cell diagonals from the pseudo volume that it "
+                     "is made of: use more cells",
+                     most));
   if (model.volume_error() > 0.1)
     warn(model, fmt::format("the volume is {:.4g}, but the closed input encloses {:.4g}: {}", quality.volume,
                             model.enclosed_volume, wall_advice(model)));

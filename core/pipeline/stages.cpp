@@ -90,6 +90,7 @@ void PipelineStages::measure(Model& model, Progress& progress) {
     if (!measured_soup_) measured_soup_.emplace(*soup_);
     progress.throw_if_cancelled();
     quality_ = summarize_quality(model.mesh(), *measured_soup_, *model.embedding, *model.field, progress);
+    quality_.to_pseudo_volume = voxel_distance(model.mesh(), *model.pseudo_volume, progress);
     quality_ms_ = ms_since(begin);
     quality_source_ = embedding_.serial;
   }

@@ -6,6 +6,7 @@
 #include "core/distance_field/distance_field.h"
 #include "core/embedding/embedding.h"
 #include "core/embedding/triangle_tree.h"
+#include "core/quality/voxel_distance.h"
 
 namespace isochor {
 
@@ -34,6 +35,7 @@ struct QualitySummary {
   /// Share of these vertices farther than a cell's diagonal from the soup: caps of openings, filled pockets.
   double boundary_beyond = 0.0;
   double input_to_boundary = 0.0;  ///< largest distance from the soup's corners and samples to the model
+  VoxelDistance to_pseudo_volume;  ///< set apart by the pipeline, which has the pseudo volume
 };
 
 /// What measuring needs of a soup, made once a soup: its triangles' sizes and a tree over them. Keeps a

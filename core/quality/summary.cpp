@@ -118,16 +118,6 @@ Bounds distance_bounds(const DistanceField& field, const Vec3& p) {
   return bounds;
 }
 
-std::vector<std::int32_t> boundary_vertices(const TetMesh& mesh) {
-  std::vector<std::uint8_t> on_boundary(mesh.positions.size(), 0);
-  for (const Triangle& t : mesh.surface)
-    for (const std::int32_t v : t) on_boundary[v] = 1;
-  std::vector<std::int32_t> vertices;
-  for (std::size_t v = 0; v < on_boundary.size(); ++v)
-    if (on_boundary[v] != 0) vertices.push_back(static_cast<std::int32_t>(v));
-  return vertices;
-}
-
 /// Sets both figures of the boundary. Only vertices whose bounds leave something open are measured.
 void measure_boundary(const TetMesh& mesh, const TriangleTree& soup_tree, const DistanceField& field,
                       const Progress& progress, QualitySummary& summary) {

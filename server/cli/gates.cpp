@@ -26,6 +26,8 @@ constexpr std::array rows{
     Row{"tets", false, [](const Model& m) { return static_cast<double>(m.mesh().tets.size()); }},
     Row{"boundary-to-input", false, [](const Model& m) { return m.quality.boundary_to_input; }},
     Row{"input-to-boundary", false, [](const Model& m) { return m.quality.input_to_boundary; }},
+    Row{"diagonals-to-pseudo-volume", false,
+        [](const Model& m) { return m.quality.to_pseudo_volume.max_diagonals; }},
     Row{"edge-contacts", false, [](const Model& m) { return static_cast<double>(m.lattice->edge_contacts); }},
     Row{"vertex-contacts", false,
         [](const Model& m) { return static_cast<double>(m.lattice->vertex_contacts); }},

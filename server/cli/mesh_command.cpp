@@ -102,10 +102,11 @@ void print_summary(const CliContext& context, const Model& model, double read_ms
   context.note(fmt::format(
       "{} in {}, {}, {}, {:.0f} ms; smallest dihedral {:.1f} "
       "deg, {} inverted, "
-      "volume {:.6g}, coverage {:.1f} %",
+      "volume {:.6g}, coverage {:.1f} %, within {:.2f} cell diagonals of the pseudo volume (mean {:.2f})",
       counted(model.mesh().tets.size(), "tets"), counted(model.mesh().cells.size(), "cells"),
       counted(model.mesh().positions.size(), "vertices"), counted(model.lattice->components, "components"),
-      total, quality.min_dihedral_deg, quality.inverted, quality.volume, 100.0 * quality.coverage));
+      total, quality.min_dihedral_deg, quality.inverted, quality.volume, 100.0 * quality.coverage,
+      quality.to_pseudo_volume.max_diagonals, quality.to_pseudo_volume.mean_diagonals));
 }
 
 void run_dry(const CliContext& context, const MeshCommand& command, const TriangleSoup& soup,

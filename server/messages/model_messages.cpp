@@ -148,6 +148,8 @@ Json model_json(const Model& model) {
           {"boundary_to_input", quality.boundary_to_input},
           {"boundary_beyond", quality.boundary_beyond},
           {"input_to_boundary", quality.input_to_boundary},
+          {"max_diagonals_to_pseudo_volume", quality.to_pseudo_volume.max_diagonals},
+          {"mean_diagonals_to_pseudo_volume", quality.to_pseudo_volume.mean_diagonals},
           {"voxels_inside", model.pseudo_volume->inside_count},
           {"cell_size", lattice.grid.spacing},
           {"filled_cells", lattice.filled_count},

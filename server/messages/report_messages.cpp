@@ -152,6 +152,8 @@ MeshingPoint meshing_point_from(const Json& json) {
   QualitySummary& q = point.quality;
   q.boundary_to_input = number_from(json.at("errors").at("boundary_to_input"));
   q.input_to_boundary = number_from(json.at("errors").at("input_to_boundary"));
+  q.to_pseudo_volume = {number_from(json.at("max_diagonals_to_pseudo_volume")),
+                        number_from(json.at("mean_diagonals_to_pseudo_volume"))};
   q.volume = number_from(json.at("volume")), q.coverage = number_from(json.at("coverage"));
   q.min_dihedral_deg = number_from(json.at("min_dihedral_deg"));
   q.min_scaled_jacobian = number_from(json.at("min_scaled_jacobian"));
@@ -355,6 +357,8 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
          {"tets", p.tets},
          {"volume", number(q.volume)},
          {"volume_error", p.volume_error ? number(*p.volume_error) : Json(nullptr)},
+         {"max_diagonals_to_pseudo_volume", number(q.to_pseudo_volume.max_diagonals)},
+         {"mean_diagonals_to_pseudo_volume", number(q.to_pseudo_volume.mean_diagonals)},
          {"coverage", number(q.coverage)},
          {"min_dihedral_deg", number(q.min_dihedral_deg)},
          {"min_scaled_jacobian", number(q.min_scaled_jacobian)},
@@ -375,14 +379,16 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
 std::string encode_meshing_csv(const MeshingReport& report) {
   std::string csv =
       "voxels,p_in_voxels,cells,smoothing_iterations,lattice_cells,tets,ms,ms_min,ms_max,volume,volume_error,"
-      "boundary_to_input,input_to_boundary,coverage,min_dihedral_deg,inverted,outcome,reason\n";
+      "boundary_to_input,input_to_boundary,max_diagonals_to_pseudo_volume,mean_diagonals_to_pseudo_volume,"
+      "coverage,min_dihedral_deg,inverted,outcome,reason\n";
   for (const MeshingPoint& p : report.points) {
     const QualitySummary& q = p.quality;
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.options.voxels,
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.options.voxels,
                        p.options.pseudo_volume.p_in_voxels, p.options.lattice.cells,
                        p.options.smoothing.iterations, p.cells, p.tets, p.ms.median, p.ms.min, p.ms.max,
                        q.volume, p.volume_error ? fmt::format("{}", *p.volume_error) : "",
-                       q.boundary_to_input, q.input_to_boundary, q.coverage, q.min_dihedral_deg, q.inverted,
+                       q.boundary_to_input, q.input_to_boundary, q.to_pseudo_volume.max_diagonals,
+                       q.to_pseudo_volume.mean_diagonals, q.coverage, q.min_dihedral_deg, q.inverted,
                        outcome_name(outcome_of(p)), csv_text(p.problem.empty() ? p.incomplete : p.problem));
   }
   return csv;

@@ -79,6 +79,15 @@ class Mesh(ProgramTest):
         self.run_json("mesh", SPHERE, "--require", "beauty=1", expect=2)
         self.assert_files()
 
+    def test_the_distance_to_the_pseudo_volume_tells_caps_from_error(self):
+        out = self.folder / "tree.msh"
+        made = self.run_program("mesh", MESHES / "tree.obj", "-o", out, "--voxels", "64", "--cells", "24", "--json", "--require",
+                                "diagonals-to-pseudo-volume=0.6")
+        model = json.loads(made.stdout)
+        self.assertGreater(model["max_diagonals_to_pseudo_volume"], model["mean_diagonals_to_pseudo_volume"])
+        self.assertIn(f"within {model['max_diagonals_to_pseudo_volume']:.2f} cell diagonals of the pseudo volume "
+                      f"(mean {model['mean_diagonals_to_pseudo_volume']:.2f})", made.stderr.decode())
+
     def test_an_incomplete_model_is_written_and_no_success(self):
         sheet = self.file("sheet.obj", "v 0 0 0\nv 1 0 0\nv 1 0.3 1\nv 0 0.3 1\nv 0 .1 3\nv 1 .1 3\n"
                                        "f 1 2 3 4\nf 4 3 6 5\n" + cube_at(0.0))

@@ -243,6 +243,9 @@ class Report(ProgramTest):
         self.assertEqual(best["errors"]["distance"],
                          max(best["errors"]["boundary_to_input"], best["errors"]["input_to_boundary"]))
         self.assertEqual(model["tets"], best["tets"])
+        for distance in ("max_diagonals_to_pseudo_volume", "mean_diagonals_to_pseudo_volume"):
+            self.assertEqual(model[distance], best[distance])
+            self.assertIn(distance, (out / "report.csv").read_text().splitlines()[0])
 
     def test_the_lattice_comes_closest_to_a_number_of_tets(self):
         def tets(resolution):

@@ -40,6 +40,7 @@ TEST_P(RealMeshes, GiveASoundModelForAnySmoothing) {
           << iterations << " iterations";
       EXPECT_NEAR(model->quality.volume / lattice_volume, 1.0, 1e-12);
       EXPECT_TRUE(model->quality.coverage >= 0.95 || !model->warnings.empty());
+      EXPECT_LT(model->quality.to_pseudo_volume.max_diagonals, 0.6);
     }
   }
 }

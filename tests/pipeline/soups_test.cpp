@@ -27,6 +27,7 @@ std::shared_ptr<const Model> run_with_advice(const TriangleSoup& soup, MeshingOp
   for (int attempt = 0; attempt < 2; ++attempt) {
     try {
       const auto model = pipeline.run(options, progress);
+      EXPECT_LT(model->quality.to_pseudo_volume.max_diagonals, 1.0);
       const bool fixable = !model->fixes.empty() && model->fixes[0].parameter == "p_in_voxels";
       if (!fixable || attempt == 1) return model;
       options.pseudo_volume.p_in_voxels = model->fixes[0].value;

@@ -1,6 +1,6 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {browser_tests, eventually, no_complaints, status, tets, tets_ready} from './support/browser.js';
+import {browser_tests, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
 
 let page;
 browser_tests(async suite => page = await suite.open({width: 1240, height: 760}));
@@ -41,6 +41,8 @@ test('a moving slider is followed by previews, its release by the full model', a
   await page.mouse.up();
   await tets_ready(page);
   assert.ok(await tets(page) < before);
+  const most = await fact(page, 'Off the pseudo volume'), mean = await fact(page, 'On average');
+  assert.ok(0 < mean && mean < most && most < 1, `${mean} and ${most} diagonals`);
   assert.ok(asked.slice(0, -1).every(({quality}) => quality === 'preview'));
   assert.equal(asked.at(-1).quality, 'full');
 });

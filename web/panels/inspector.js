@@ -52,7 +52,10 @@ function model_facts(app) {
     const rows = [['Cells', count(model.cells)], ['Tets', count(model.tets)], ['Vertices', count(model.vertices)],
       ['Components', count(model.components)], ['Volume', number(model.volume, 4)], ['Coverage', percent(model.coverage)],
       ['Smallest dihedral', `${number(model.min_dihedral_deg)}°`], ['Worst scaled Jacobian', number(model.min_scaled_jacobian)],
-      ['Inverted', count(model.inverted)], ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
+      ['Inverted', count(model.inverted)],
+      ['Off the pseudo volume', `${number(model.max_diagonals_to_pseudo_volume, 2)} diagonals`],
+      ['On average', `${number(model.mean_diagonals_to_pseudo_volume, 2)} diagonals`],
+      ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
     facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
     show();
   });

@@ -121,9 +121,10 @@ function draw_orders(orders) {
 
 function draw_meshing() {
   draw_points('ms from soup to tets', 'Points (the front of the larger distance is marked)',
-    ['settings', 'cells', 'outcome', 'why', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'coverage', 'smallest dihedral', 'inverted'],
+    ['settings', 'cells', 'outcome', 'why', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'cell diagonals from the pseudo volume', 'on average', 'coverage', 'smallest dihedral', 'inverted'],
     p => [p.series, p.settings.cells, ...outcome(p), p.tets, p.ms_per_step.median, range(p.ms_per_step), p.volume_error,
-      p.errors.boundary_to_input, p.errors.input_to_boundary, p.coverage, p.min_dihedral_deg, p.inverted],
+      p.errors.boundary_to_input, p.errors.input_to_boundary,
+      p.max_diagonals_to_pseudo_volume, p.mean_diagonals_to_pseudo_volume, p.coverage, p.min_dihedral_deg, p.inverted],
     new Set(report.fronts.distance));
 }
 
