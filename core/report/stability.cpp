@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "core/parallel/cancel_scope.h"
 #include "core/scene/simulation.h"
 
 namespace isochor {
@@ -149,6 +150,7 @@ StabilityResult run_stability_case(const StabilityCase& test, const Progress& pr
   Progress quiet;
   const auto simulation = compile(test.scene, quiet);
   Judge judge(test, *simulation);
+  const CancelScope scope(progress);  // a frame of a million cells takes minutes
   while (!simulation->finished() && judge.finite) judge.frame(simulation->step(progress));
   StabilityResult result = judge.judge();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
