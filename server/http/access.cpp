@@ -17,9 +17,7 @@ std::vector<std::string> values(const Head& head, std::string_view name) {
   return found;
 }
 
-std::optional<Refusal> check_host(const std::vector<std::string>& hosts, const AccessPolicy& policy) {
-  if (hosts.size() != 1) return Refusal{400, "host", "exactly one Host is needed", ""};
-  const std::string& host = hosts.front();
+std::optional<Refusal> check_host(const std::string& host, const AccessPolicy& policy) {
   const bool known = policy.hosts.empty() ? !host.empty() : std::ranges::count(policy.hosts, host) == 1;
   if (known) return std::nullopt;
   return Refusal{421, "host", "this server does not answer to that Host",
@@ -53,11 +51,17 @@ AccessPolicy loopback_policy(int port, std::string token, const std::string& nam
 }
 
 std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy) {
-  auto hosts = values(head, "host");
-  for (std::string& host : hosts) host = lower_case(host);  // names of hosts have no case (RFC 9110, 4.2.3)
-  if (auto refusal = check_host(hosts, policy)) return refusal;
+  const auto hosts = values(head, "host");
+  if (hosts.size() != 1) return Refusal{400, "host", "exactly one Host is needed", ""};
+  std::string host = lower_case(hosts.front());  // names of hosts have no case (RFC 9110, 4.2.3)
+  if (auto refusal = check_host(host, policy)) return refusal;
+  if (!head.authority
+           .empty()) {  // it counts instead (RFC 9112, 3.2.2), and no name of another's gets in by either
+    host = head.authority;
+    if (auto refusal = check_host(host, policy)) return refusal;
+  }
   for (const std::string& origin : values(head, "origin"))
-    if (!is_own_origin(origin, hosts.front(), policy))
+    if (!is_own_origin(origin, host, policy))
       return Refusal{403, "origin", "requests from other origins are refused",
                      "open the page that this server serves"};
   for (const std::string& site : values(head, "sec-fetch-site"))

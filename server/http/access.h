@@ -19,7 +19,7 @@ struct AccessPolicy {
 /// Loopback names with this port, and the name that the server was told to listen at.
 AccessPolicy loopback_policy(int port, std::string token, const std::string& name = "localhost");
 
-/// Host, Origin and Sec-Fetch-Site; nullopt when they are in order.
+/// Host, the target's own authority, Origin and Sec-Fetch-Site; nullopt when they are in order.
 std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy);
 
 /// Authorization: Bearer, compared in constant time.

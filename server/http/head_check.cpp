@@ -31,13 +31,27 @@ std::optional<std::string_view> take_line(std::string_view& rest) {
   return line;
 }
 
-std::optional<Refusal> check_target(std::string_view target) {
+/// Splits an absolute target. An empty path is "/" (RFC 9110, 4.2.3).
+void take_authority(Head& head) {
+  constexpr std::string_view scheme = "http://";
+  if (lower_case(std::string_view(head.target).substr(0, scheme.size())) != scheme) return;
+  const std::size_t end = std::min(head.target.find_first_of("/?", scheme.size()), head.target.size());
+  if (end == scheme.size()) return;
+  head.authority = lower_case(std::string_view(head.target).substr(scheme.size(), end - scheme.size()));
+  head.target.erase(0, end);
+  if (!head.target.starts_with('/')) head.target.insert(0, 1, '/');
+}
+
+std::optional<Refusal> parse_target(std::string_view target, Head& head) {
   if (target.size() > max_target_bytes)
     return Refusal{414, "uri_too_long", "the target exceeds 4096 bytes", ""};
   const auto is_target_char = [](char c) { return c > 0x20 && c < 0x7F && c != '#'; };
-  if (!target.starts_with('/') || !std::all_of(target.begin(), target.end(), is_target_char))
-    return malformed("the target is not an absolute path");
-  if (!percent_decode(target)) return malformed("the target holds a malformed escape");
+  head.target = target;
+  take_authority(head);
+  if (!head.target.starts_with('/') || head.authority.find('@') != std::string::npos ||
+      !std::all_of(target.begin(), target.end(), is_target_char))
+    return malformed("the target is neither an absolute path nor an http URL");
+  if (!percent_decode(head.target)) return malformed("the target holds a malformed escape");
   return std::nullopt;
 }
 
@@ -52,8 +66,7 @@ std::optional<Refusal> parse_request_line(std::string_view line, Head& head) {
     return malformed("the request line is malformed");
   }
   head.method = method;
-  head.target = line.substr(first + 1, last - first - 1);
-  return check_target(head.target);
+  return parse_target(line.substr(first + 1, last - first - 1), head);
 }
 
 std::optional<Refusal> parse_field(std::string_view line, Head& head) {

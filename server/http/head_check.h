@@ -16,7 +16,9 @@ inline constexpr std::size_t max_head_bytes = 16 * 1024, max_target_bytes = 4096
 
 /// A head that can be read in one way only (RFC 9112, and stricter where proxies and libraries differ).
 struct Head {
-  std::string method, target;                               ///< origin form
+  std::string method;
+  std::string authority;  ///< in lower case, of an absolute target (RFC 9112, 3.2.2); else empty
+  std::string target;     ///< origin form
   std::vector<std::pair<std::string, std::string>> fields;  ///< names in lower case
   std::size_t content_length = 0;
   bool declares_length = false;

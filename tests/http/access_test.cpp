@@ -28,41 +28,64 @@ TEST(Access, TheThreeNamesOfLoopbackWithThePort) {
     EXPECT_EQ(host_status(host), 200) << host;
 }
 
+/// Of anything but loopback with its port.
+const std::vector<std::string> other_hosts{"",
+                                           "127.0.0.1",
+                                           "localhost",
+                                           "[::1]",
+                                           "localhost:80",
+                                           "localhost:8081",
+                                           "localhost:08080",
+                                           "localhost:8080 ",
+                                           " localhost:8080",
+                                           "LOCALHOST:8081",
+                                           "LOCALHOST.EVIL.EXAMPLE:8080",
+                                           "l\u00f6calhost:8080",
+                                           "loca\u017fhost:8080",
+                                           "localhost.:8080",
+                                           "evil.example:8080",
+                                           "localhost.evil.example:8080",
+                                           "evil.example#localhost:8080",
+                                           "user@localhost:8080",
+                                           "localhost:8080@evil.example",
+                                           "127.0.0.2:8080",
+                                           "127.1:8080",
+                                           "0x7f000001:8080",
+                                           "2130706433:8080",
+                                           "0177.0.0.1:8080",
+                                           "0.0.0.0:8080",
+                                           "::1:8080",
+                                           "[::ffff:127.0.0.1]:8080",
+                                           "[0:0:0:0:0:0:0:1]:8080",
+                                           "localhost:8080,evil.example",
+                                           "127.0.0.1:8080.evil.example",
+                                           "http://localhost:8080",
+                                           "localhost:8080/",
+                                           "127.0.0.1%00:8080"};
+
 TEST(Access, EveryOtherSpellingOfHostIsRefused) {
-  for (const char* host : {"",
-                           "127.0.0.1",
-                           "localhost",
-                           "[::1]",
-                           "localhost:80",
-                           "localhost:8081",
-                           "localhost:08080",
-                           "localhost:8080 ",
-                           " localhost:8080",
-                           "LOCALHOST:8081",
-                           "LOCALHOST.EVIL.EXAMPLE:8080",
-                           "l\u00f6calhost:8080",
-                           "loca\u017fhost:8080",
-                           "localhost.:8080",
-                           "evil.example:8080",
-                           "localhost.evil.example:8080",
-                           "evil.example#localhost:8080",
-                           "user@localhost:8080",
-                           "localhost:8080@evil.example",
-                           "127.0.0.2:8080",
-                           "127.1:8080",
-                           "0x7f000001:8080",
-                           "2130706433:8080",
-                           "0177.0.0.1:8080",
-                           "0.0.0.0:8080",
-                           "::1:8080",
-                           "[::ffff:127.0.0.1]:8080",
-                           "[0:0:0:0:0:0:0:1]:8080",
-                           "localhost:8080,evil.example",
-                           "127.0.0.1:8080.evil.example",
-                           "http://localhost:8080",
-                           "localhost:8080/",
-                           "127.0.0.1%00:8080"})
-    EXPECT_EQ(host_status(host), 421) << host;
+  for (const std::string& host : other_hosts) EXPECT_EQ(host_status(host), 421) << host;
+}
+
+TEST(Access, AnAbsoluteTargetIsJudgedByItsOwnAuthority) {
+  const auto with = [](const std::string& authority, const std::string& host, const std::string& origin) {
+    Head made = head({{"host", host}, {"origin", origin}});
+    made.authority = authority;
+    return status(check_origin(made, policy));
+  };
+  const std::string own = "127.0.0.1:8080", also_own = "localhost:8080";
+  EXPECT_EQ(with(own, own, "http://" + own), 200);
+  EXPECT_EQ(with(own, also_own, "http://" + own), 200);
+  EXPECT_EQ(with(own, also_own, "http://" + also_own), 403);
+  for (const std::string& other : other_hosts) {
+    if (!other.empty()) {  // else it is no absolute target
+      EXPECT_EQ(with(other, own, "http://" + own), 421) << other;
+    }
+    EXPECT_EQ(with(own, other, "http://" + own), 421) << other;
+  }
+  Head hostless = head({});
+  hostless.authority = own;
+  EXPECT_EQ(status(check_origin(hostless, policy)), 400);
 }
 
 TEST(Access, ExactlyOneHost) {

@@ -267,6 +267,27 @@ TEST(Front, OfAnswersThatAreNotTakenTheOldestAreGivenUp) {
   EXPECT_GT(newest.receive_all().size(), whole);
 }
 
+TEST_F(Guard, AnAbsoluteTargetIsServedUnderOurOwnNamesOnly) {
+  const auto with = [&](const std::string& method, const std::string& target, const std::string& host) {
+    RawSocket socket(client_.port());
+    socket.send(method + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\n" + token_line() + "\r\n");
+    return test::parse_response(socket.receive_all()).status;
+  };
+  const std::string port = ":" + std::to_string(client_.port());
+  for (const std::string& name : {"127.0.0.1" + port, "localhost" + port, "[::1]" + port})
+    EXPECT_EQ(with("GET", "http://" + name + "/api/v1/health", client_.host()), 200) << name;
+  for (const std::string& name :
+       {std::string("127.0.0.1"), "evil.example" + port, "localhost.evil.example" + port,
+        "evil.example/@localhost" + port, std::string("127.0.0.1:1")}) {
+    EXPECT_EQ(with("GET", "http://" + name + "/api/v1/health", client_.host()), 421) << name;
+    EXPECT_EQ(with("POST", "http://" + name + smuggled_path, client_.host()), 421) << name;
+  }
+  EXPECT_EQ(with("POST", "http://" + client_.host() + smuggled_path, "evil.example" + port), 421);
+  EXPECT_EQ(with("POST", "http://evil@" + client_.host() + smuggled_path, client_.host()), 400);
+  expect_nothing_changed();
+  EXPECT_EQ(with("POST", "http://" + client_.host() + smuggled_path, client_.host()), 201);
+}
+
 TEST_F(Guard, EndlessHeadsAreCutOff) {
   RawSocket line(client_.port()), headers(client_.port());
   std::size_t sent = 0;

@@ -62,15 +62,53 @@ TEST(HeadCheck, NoLineThatTwoReadersCutDifferently) {
 }
 
 TEST(HeadCheck, OnlyOneFormOfRequestLine) {
-  for (const char* line :
-       {"GET /", "GET  / HTTP/1.1", "GET / HTTP/1.1 ", " GET / HTTP/1.1", "GET http://h/ HTTP/1.1",
-        "GET * HTTP/1.1", "GET /a b HTTP/1.1", "GET /a#b HTTP/1.1", "G\tT / HTTP/1.1", "GET /\x01 HTTP/1.1",
-        "GET /%zz HTTP/1.1", "GET /%0 HTTP/1.1", "GET /a%00b HTTP/1.1", "GET / http/1.1", ""})
+  for (const char* line : {"GET /",
+                           "GET  / HTTP/1.1",
+                           "GET / HTTP/1.1 ",
+                           " GET / HTTP/1.1",
+                           "GET https://h/ HTTP/1.1",
+                           "GET http:/h/ HTTP/1.1",
+                           "GET http:// HTTP/1.1",
+                           "GET http:///h HTTP/1.1",
+                           "GET http://?h HTTP/1.1",
+                           "GET ftp://h/ HTTP/1.1",
+                           "GET //h/http://h HTTP/1.1 x",
+                           "GET h:1 HTTP/1.1",
+                           "GET http://h/#f HTTP/1.1",
+                           "GET http://a b/ HTTP/1.1",
+                           "GET http://h@h/ HTTP/1.1",
+                           "GET http://h/%zz HTTP/1.1",
+                           "GET * HTTP/1.1",
+                           "GET /a b HTTP/1.1",
+                           "GET /a#b HTTP/1.1",
+                           "G\tT / HTTP/1.1",
+                           "GET /\x01 HTTP/1.1",
+                           "GET /%zz HTTP/1.1",
+                           "GET /%0 HTTP/1.1",
+                           "GET /a%00b HTTP/1.1",
+                           "GET / http/1.1",
+                           ""})
     EXPECT_EQ(status(std::string(line) + "\r\n\r\n"), 400) << line;
   EXPECT_EQ(status("GET / HTTP/1.0\r\n\r\n"), 505);
   EXPECT_EQ(status("GET / HTTP/2.0\r\n\r\n"), 505);
   EXPECT_EQ(status("PRI * HTTP/2.0\r\n\r\n"), 505);
   EXPECT_EQ(status("GET /" + std::string(5000, 'a') + " HTTP/1.1\r\n\r\n"), 414);
+}
+
+TEST(HeadCheck, AnAbsoluteTargetIsItsAuthorityAndItsPath) {
+  const auto read = [](const std::string& target) {
+    const auto checked = check_head("GET " + target + " HTTP/1.1\r\nHost: a\r\n\r\n");
+    const Head head = std::get<Head>(checked);
+    return std::pair(head.authority, head.target);
+  };
+  using Parts = std::pair<std::string, std::string>;
+  EXPECT_EQ(read("http://h:1/a%20b?x=1"), Parts("h:1", "/a%20b?x=1"));
+  EXPECT_EQ(read("HTTP://H:1/A"), Parts("h:1", "/A"));
+  EXPECT_EQ(read("http://h"), Parts("h", "/"));
+  EXPECT_EQ(read("http://h?x=1"), Parts("h", "/?x=1"));
+  EXPECT_EQ(read("http://h:1//h"), Parts("h:1", "//h"));
+  EXPECT_EQ(read("//h/"), Parts("", "//h/"));
+  EXPECT_EQ(read("/http://h/"), Parts("", "/http://h/"));
 }
 
 TEST(HeadCheck, WhatTheServerDoesNotDoIsRefused) {
