@@ -5,13 +5,13 @@
 
 namespace isochor {
 
-/// Median and extremes of repeated measurements.
+/// Median and extremes of repeated measurements; not a number when there are none.
 struct Spread {
   double median = 0.0, min = 0.0, max = 0.0;
 };
 Spread spread_of(std::vector<double> values);
 
-/// The smallest value that a share of them does not exceed; 0 when there is none.
+/// The smallest value that a share of them does not exceed; not a number when there is none.
 double quantile(std::vector<double> values, double share);
 
 /// The smallest budget that what took this long is said to fit: a fifth of it is kept in reserve, since a

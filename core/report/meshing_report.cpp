@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "core/pipeline/shortfall.h"
 #include "core/report/pace.h"
@@ -20,6 +21,16 @@ std::vector<int> distinct(std::vector<int> rising) {
   return rising;
 }
 
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr QualitySummary unmeasured{.volume = nothing,
+                                    .min_dihedral_deg = nothing,
+                                    .min_scaled_jacobian = nothing,
+                                    .coverage = nothing,
+                                    .boundary_to_input = nothing,
+                                    .boundary_beyond = nothing,
+                                    .input_to_boundary = nothing,
+                                    .to_pseudo_volume = {nothing, nothing}};
+
 /// Everything that the points of one report share.
 struct Study {
   const std::shared_ptr<const TriangleSoup>& soup;
@@ -32,6 +43,11 @@ struct Study {
 
 /// What is done of a grid, in its order.
 using DonePoints = std::vector<std::optional<MeshingPoint>>;
+
+/// What failed costs little to try again.
+bool settled(const std::optional<MeshingPoint>& point) {
+  return point && point->problem.empty();
+}
 
 DonePoints done_before(const std::vector<MeshingOptions>& grid, const std::vector<MeshingPoint>& earlier) {
   DonePoints done;
@@ -71,6 +87,7 @@ MeshingPoint run_point(Study& study, const MeshingOptions& options, const std::s
   } catch (const Error& error) {
     if (error.code() == ErrorCode::cancelled) throw;
     point.problem = error.what();
+    point.quality = unmeasured;
   }
   study.pace.leave_out(place);
   point.ms = spread_of(ms);
@@ -88,17 +105,41 @@ void run_grid(Study& study, const std::vector<MeshingOptions>& grid, DonePoints&
   std::vector<CostPlace> places;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     places.push_back(cost_place(grid[i]));
-    if (done[i]) study.pace.know(places[i], done[i]->ms.median / 1000.0);
+    if (settled(done[i])) study.pace.know(places[i], done[i]->ms.median / 1000.0);
   }
   for (std::size_t i = 0; i < grid.size(); ++i)
-    if (!done[i]) study.pace.expect(places[i], study.repeats());
+    if (!settled(done[i])) study.pace.expect(places[i], study.repeats());
+  auto number = std::ranges::count_if(done, settled);
   for (std::size_t i : revealing_order(places)) {
-    if (done[i]) continue;
-    const std::string phase =
-        "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
+    if (settled(done[i])) continue;
+    const std::string phase = "point " + std::to_string(++number) + " of " + std::to_string(grid.size());
     done[i] = run_point(study, grid[i], phase);
     collect();
     if (study.options.on_point) study.options.on_point(report);
+  }
+}
+
+MeshingOptions at_place(const MeshingOptions& base, int voxels, double p_in, int cells, int iterations) {
+  const double subs_over_in = base.pseudo_volume.p_subs_voxels / base.pseudo_volume.p_in_voxels;
+  MeshingOptions options = base;
+  options.voxels = voxels;
+  options.pseudo_volume.p_in_voxels = p_in;
+  options.pseudo_volume.p_subs_voxels = p_in * subs_over_in;
+  options.lattice.cells = cells;
+  options.smoothing.iterations = iterations;
+  return options;
+}
+
+/// The points of an earlier run stay, where the axes do not ask for them, too.
+void add_earlier(const MeshingReportOptions& report, std::vector<MeshingOptions>& grid) {
+  for (const MeshingPoint& point : report.done) {
+    const MeshingOptions& known = point.options;
+    if (known != at_place(report.base, known.voxels, known.pseudo_volume.p_in_voxels, known.lattice.cells,
+                          known.smoothing.iterations))
+      throw Error(ErrorCode::invalid_argument,
+                  "the report to resume differs from this one in a parameter that is no axis",
+                  "give the same parameters, or run it afresh, without --resume or into another folder");
+    if (std::ranges::find(grid, known) == grid.end()) grid.push_back(known);
   }
 }
 
@@ -118,20 +159,13 @@ MeshingAxes usual_meshing_axes(const MeshingOptions& base) {
 
 std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& report) {
   const MeshingOptions& base = report.base;
-  const double subs_over_in = base.pseudo_volume.p_subs_voxels / base.pseudo_volume.p_in_voxels;
   std::vector<MeshingOptions> grid;
   for (int voxels : axis(report.axes.voxels, base.voxels))
     for (double p_in : axis(report.axes.p_in_voxels, base.pseudo_volume.p_in_voxels))
       for (int cells : axis(report.axes.cells, base.lattice.cells))
-        for (int iterations : axis(report.axes.smoothing_iterations, base.smoothing.iterations)) {
-          MeshingOptions options = base;
-          options.voxels = voxels;
-          options.pseudo_volume.p_in_voxels = p_in;
-          options.pseudo_volume.p_subs_voxels = p_in * subs_over_in;
-          options.lattice.cells = cells;
-          options.smoothing.iterations = iterations;
-          grid.push_back(options);
-        }
+        for (int iterations : axis(report.axes.smoothing_iterations, base.smoothing.iterations))
+          grid.push_back(at_place(base, voxels, p_in, cells, iterations));
+  add_earlier(report, grid);
   return grid;
 }
 

@@ -46,11 +46,12 @@ struct MeshingReportOptions {
   MeshingOptions base;
   MeshingAxes axes;
   int repeats = 3;
-  std::vector<MeshingPoint> done;  ///< taken over from an earlier run
+  std::vector<MeshingPoint> done;  ///< by an earlier run: all are taken over
   std::function<void(const MeshingReport&)> on_point;
 };
 
-/// The settings of every point.
+/// The settings of every point. Throws invalid_argument when those of an earlier run differ in more than the
+/// axes.
 std::vector<MeshingOptions> meshing_grid(const MeshingReportOptions& options);
 
 CostPlace cost_place(const MeshingOptions& options);

@@ -1,5 +1,7 @@
 #include "core/report/scene_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,7 +19,8 @@
 namespace isochor {
 namespace {
 
-/// Sizes that make errors relative.
+/// Sizes that make errors relative: of the deformable bodies, or, where there are none, of the rigid ones
+/// that have a mass.
 struct Scales {
   double length = 1.0, mass = 0.0, duration = 1.0;
 };
@@ -49,7 +52,13 @@ Scales scene_scales(const Simulation& simulation) {
       for (const Vec3& p : body.rest_positions) box.extend(p);
       for (double m : body.masses) scales.mass += m;
     }
-  if (box.min.x() <= box.max.x()) scales.length = box.size().norm();
+  if (!(scales.mass > 0.0))
+    for (const SceneBody& body : simulation.scene().bodies)
+      if (const auto* rigid = std::get_if<RigidBody>(&body.kind); rigid && rigid->mass > 0.0) {
+        box.extend(body.position);
+        scales.mass += *rigid->mass;
+      }
+  if (box.min.x() <= box.max.x() && box.size().norm() > 0.0) scales.length = box.size().norm();
   scales.duration = simulation.scene().duration.value_or(1.0);
   if (!(scales.duration > 0.0)) scales.duration = 1.0;
   return scales;
@@ -268,14 +277,15 @@ void describe(const Run& run, ScenePoint& point) {
 }
 
 void add_times(const std::vector<std::vector<double>>& frame_ms, ScenePoint& point) {
-  std::vector<double> medians, seconds;
+  std::vector<double> medians, p95, seconds;
   for (const std::vector<double>& frames : frame_ms) {
     medians.push_back(spread_of(frames).median);
-    point.ms_p95 = std::max(point.ms_p95, quantile(frames, 0.95));
+    p95.push_back(quantile(frames, 0.95));
     seconds.push_back(std::accumulate(frames.begin(), frames.end(), 0.0) / 1000.0);
   }
   point.runs = static_cast<int>(frame_ms.size());
   point.ms_per_step = spread_of(medians);
+  point.ms_p95 = spread_of(p95).max;
   point.seconds = spread_of(seconds).median;
 }
 
@@ -312,6 +322,8 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
     if (error.code() == ErrorCode::cancelled) throw;
     point.outcome = Outcome::failed;
     point.reason = error.what();
+    for (const SceneErrorField& field : scene_error_fields())
+      point.errors.*field.value = std::numeric_limits<double>::quiet_NaN();
   }
   study.pace.leave_out(cost_place(settings));
   add_times(frame_ms, point);
@@ -320,6 +332,33 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
 
 /// What is done of a grid, in its order.
 using DonePoints = std::vector<std::optional<ScenePoint>>;
+
+/// What failed costs little to try again.
+bool settled(const std::optional<ScenePoint>& point) {
+  return point && point->outcome != Outcome::failed;
+}
+
+/// The points of an earlier run stay, where the axes do not ask for them, too.
+void add_earlier(const SceneReport& earlier, std::vector<SceneSettings>& grid) {
+  for (const ScenePoint& point : earlier.points)
+    if (std::ranges::find(grid, point.settings) == grid.end()) grid.push_back(point.settings);
+}
+
+/// The reference of an earlier run, where it is at least as fine as the wanted one.
+const ScenePoint& reference_to_keep(const SceneReport& earlier, const SceneSettings& wanted) {
+  const SceneSettings& known = earlier.reference.settings;
+  if (known.solver == wanted.solver && known.springs == wanted.springs &&
+      known.tolerance <= wanted.tolerance && known.resolution >= wanted.resolution &&
+      known.substeps >= wanted.substeps)
+    return earlier.reference;
+  const auto words = [](const SceneSettings& settings) {
+    return fmt::format("{} substeps a frame on ×{:g} the cells", settings.substeps, settings.resolution);
+  };
+  throw Error(ErrorCode::invalid_argument,
+              "the report to resume was measured against a reference of " + words(known) +
+                  ", and this one needs one of " + words(wanted),
+              "run it afresh, without --resume or into another folder; or ask for no finer steps or lattice");
+}
 
 DonePoints done_before(const std::vector<SceneSettings>& grid, const SceneReport& earlier) {
   DonePoints done;
@@ -334,11 +373,11 @@ Pace pace_of(const Study& study, const ScenePoint& reference, const std::vector<
              const DonePoints& done) {
   Pace pace(slow_run_seconds);
   for (std::size_t i = 0; i < places.size(); ++i)
-    if (done[i] && done[i]->outcome != Outcome::blew_up) pace.know(places[i], done[i]->seconds);
+    if (settled(done[i]) && done[i]->outcome != Outcome::blew_up) pace.know(places[i], done[i]->seconds);
   pace.expect_reference(cost_place(reference.settings));
   pace.expect_reference(cost_place(at_half_the_substeps(reference.settings)));
   for (std::size_t i = 0; i < places.size(); ++i)
-    if (!done[i]) pace.expect(places[i], std::max(1, study.options.repeats));
+    if (!settled(done[i])) pace.expect(places[i], std::max(1, study.options.repeats));
   return pace;
 }
 
@@ -349,7 +388,7 @@ void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& 
       if (point) report.points.push_back(*point);
   };
   collect();
-  if (report.points.size() == grid.size()) return;
+  if (std::ranges::all_of(done, settled)) return;
   std::vector<CostPlace> places;
   std::ranges::transform(grid, std::back_inserter(places), cost_place);
   study.pace = pace_of(study, report.reference, places, done);
@@ -357,10 +396,10 @@ void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& 
   reference.settings = report.reference.settings;
   run_reference(study, reference);
   report.reference = reference;
+  auto number = std::ranges::count_if(done, settled);
   for (std::size_t i : revealing_order(places)) {
-    if (done[i]) continue;
-    const std::string phase =
-        "point " + std::to_string(report.points.size() + 1) + " of " + std::to_string(grid.size());
+    if (settled(done[i])) continue;
+    const std::string phase = "point " + std::to_string(++number) + " of " + std::to_string(grid.size());
     done[i] = run_point(study, grid[i], static_cast<int>(i), phase);
     collect();
     if (study.options.on_point) study.options.on_point(report);
@@ -391,14 +430,13 @@ SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, 
   report.scene = scene.name;
   try {
     Probe probe(study);
-    const std::vector<SceneSettings> grid = scene_grid(
+    std::vector<SceneSettings> grid = scene_grid(
         scene, options.axes, [&](const SceneSettings& settings) { return probe.as_stepped(settings); });
+    add_earlier(options.earlier, grid);
     report.reference.settings = reference_settings(options, grid, probe);
-    DonePoints done(grid.size());
-    if (options.earlier.reference.settings == report.reference.settings) {
-      report.reference = options.earlier.reference;
-      done = done_before(grid, options.earlier);
-    }
+    if (!options.earlier.points.empty())
+      report.reference = reference_to_keep(options.earlier, report.reference.settings);
+    DonePoints done = done_before(grid, options.earlier);
     run_grid(study, grid, done, report);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::cancelled) throw;

@@ -17,14 +17,15 @@ namespace isochor {
 
 class Simulation;
 
-/// Errors over a run; lengths in metres, "max" over frames 1 to the last.
+/// Errors over a run; lengths in metres, "max" over frames 1 to the last. M and L are the mass and the extent
+/// of the deformable bodies (where there are none, of the rigid ones that have a mass), T the scene's
+/// duration.
 struct SceneErrors {
   double max_cell_volume = 0.0;  ///< largest |V − V0|/V0 of a cell
   double total_volume = 0.0;     ///< largest |ΣV − ΣV0|/ΣV0
   double trajectory_rms = 0.0;   ///< over material points and frames, distance from the reference
   double trajectory_max = 0.0;
-  double linear_momentum =
-      0.0;  ///< largest |p − p_ref| / max(|p_ref|, M·L/T), L the scene's size, T its duration
+  double linear_momentum = 0.0;   ///< largest |p − p_ref| / max(|p_ref|, M·L/T)
   double angular_momentum = 0.0;  ///< largest |L − L_ref| / max(|L_ref|, M·L²/T)
   double energy = 0.0;            ///< largest |E − E_ref| / max(max E_ref − min E_ref, max kinetic E_ref)
   double max_penetration = 0.0;
@@ -76,7 +77,8 @@ struct SceneReportOptions {
   int material_points = 256;  ///< followed a body
   /// Makes the simulation of one point; empty: scene/compile.
   std::function<std::unique_ptr<Simulation>(const Scene&, Progress&)> build;
-  /// An earlier run, whose points are taken over where they were measured against the same reference.
+  /// An earlier run, whose points are all taken over, and its reference. Where the axes need a finer one,
+  /// report_scene throws invalid_argument.
   SceneReport earlier;
   /// Called after each point, so that a caller can keep what is done.
   std::function<void(const SceneReport&)> on_point;

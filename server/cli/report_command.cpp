@@ -107,16 +107,22 @@ void print_orders(const CliContext& context, const SceneReport& report) {
   }
 }
 
+/// A dash where there is none.
+std::string figure(double value, const char* format) {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "–";
+}
+
 void print_scene_report(const CliContext& context, const SceneReport& report, const fs::path& folder) {
   context.print(fmt::format("{:<12} {:<16} {:>8} {:>9} {:>6} {:>10} {:>12} {:>12}  {}", "solver", "springs",
                             "substeps", "tolerance", "res", "ms a step", "trajectory", "cell volume",
                             "outcome"));
   for (const ScenePoint& p : report.points)
-    context.print(fmt::format("{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10.3g} {:>12.2e} {:>12.2e}  {}{}",
-                              solver_name(p.settings.solver), springs_name(p.settings.springs),
-                              p.settings.substeps, p.settings.tolerance, p.settings.resolution,
-                              p.ms_per_step.median, p.errors.trajectory_rms, p.errors.max_cell_volume,
-                              outcome_name(p.outcome), p.reason.empty() ? "" : ": " + p.reason));
+    context.print(
+        fmt::format("{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10} {:>12} {:>12}  {}{}",
+                    solver_name(p.settings.solver), springs_name(p.settings.springs), p.settings.substeps,
+                    p.settings.tolerance, p.settings.resolution, figure(p.ms_per_step.median, "{:.3g}"),
+                    figure(p.errors.trajectory_rms, "{:.2e}"), figure(p.errors.max_cell_volume, "{:.2e}"),
+                    outcome_name(p.outcome), p.reason.empty() ? "" : ": " + p.reason));
   if (report.reference.outcome != Outcome::converged && !report.points.empty())
     context.warning(fmt::format(
         "the reference itself is no solution ({}: {}): errors against it are differences between two runs",
@@ -239,11 +245,13 @@ void print_meshing_report(const CliContext& context, const MeshingReport& report
                             "cells", "smoothed", "tets", "ms", "volume", "distance", "dihedral", "outcome"));
   for (const MeshingPoint& p : report.points) {
     const MeshingOptions& o = p.options;
-    context.print(fmt::format("{:>6} {:>5.3g} {:>5} {:>8} {:>8} {:>8.3g} {:>9} {:>10.3g} {:>8.1f}  {}",
-                              o.voxels, o.pseudo_volume.p_in_voxels, o.lattice.cells, o.smoothing.iterations,
-                              p.tets, p.ms.median,
-                              p.volume_error ? fmt::format("{:+.2f} %", 100.0 * *p.volume_error) : "open",
-                              p.distance(), p.quality.min_dihedral_deg,
+    context.print(fmt::format("{:>6} {:>5.3g} {:>5} {:>8} {:>8} {:>8} {:>9} {:>10} {:>8}  {}", o.voxels,
+                              o.pseudo_volume.p_in_voxels, o.lattice.cells, o.smoothing.iterations, p.tets,
+                              figure(p.ms.median, "{:.3g}"),
+                              p.volume_error      ? fmt::format("{:+.2f} %", 100.0 * *p.volume_error)
+                              : p.problem.empty() ? "open"
+                                                  : "–",
+                              figure(p.distance(), "{:.3g}"), figure(p.quality.min_dihedral_deg, "{:.1f}"),
                               fmt::format("{}{}{}", outcome_name(outcome_of(p)),
                                           p.problem.empty() && p.incomplete.empty() ? "" : ": ",
                                           p.problem.empty() ? p.incomplete : p.problem)));
@@ -416,8 +424,9 @@ void add_report_command(CLI::App& app, CliContext& context) {
           "slowest meshing, take four fifths of it; the rest is in reserve, since a machine is not "
           "equally fast at all times")
       ->check(CLI::PositiveNumber);
-  command->add_flag("--resume", options->resume,
-                    "Take over the points that an earlier run into this folder has finished");
+  command->add_flag(
+      "--resume", options->resume,
+      "Take over all points that an earlier run into this folder has finished, other axes or not");
   parameters->add_to(*command);
   command->callback([&context, command, options, parameters] {
     context.run = [&context, command, options, parameters] {

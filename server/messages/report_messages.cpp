@@ -148,7 +148,8 @@ ScenePoint scene_point_from(const Json& json) {
 MeshingPoint meshing_point_from(const Json& json) {
   MeshingPoint point;
   point.options = read_meshing_options(to_text(json.at("settings")));
-  point.incomplete = json.at("reason");
+  const bool failed = json.at("outcome") == outcome_name(Outcome::failed);
+  (failed ? point.problem : point.incomplete) = json.at("reason");
   QualitySummary& q = point.quality;
   q.boundary_to_input = number_from(json.at("errors").at("boundary_to_input"));
   q.input_to_boundary = number_from(json.at("errors").at("input_to_boundary"));
@@ -157,7 +158,7 @@ MeshingPoint meshing_point_from(const Json& json) {
   q.volume = number_from(json.at("volume")), q.coverage = number_from(json.at("coverage"));
   q.min_dihedral_deg = number_from(json.at("min_dihedral_deg"));
   q.min_scaled_jacobian = number_from(json.at("min_scaled_jacobian"));
-  q.inverted = json.at("inverted");
+  if (json.at("inverted").is_number()) q.inverted = json.at("inverted");
   if (json.at("volume_error").is_number()) point.volume_error = json.at("volume_error");
   point.tets = json.at("tets"), point.cells = json.at("cells");
   point.ms = spread_from(json.at("ms_per_step"));
@@ -180,9 +181,12 @@ Report decode_report(std::string_view text, const Json& ours, Point (*decode)(co
     Report report;
     const Json json = Json::parse(text);
     check_provenance(json, ours);
-    // What failed costs nothing to try again, and its settings may be out of range.
-    for (const Json& point : json.at("points"))
-      if (point.at("outcome") != outcome_name(Outcome::failed)) report.points.push_back(decode(point));
+    for (const Json& point : json.at("points")) try {
+        report.points.push_back(decode(point));
+      } catch (const Error&) {
+        // Settings out of range: it failed for them, and fails again where it is asked for.
+        if (point.at("outcome") != outcome_name(Outcome::failed)) throw;
+      }
     if constexpr (std::is_same_v<Report, SceneReport>)
       report.reference = scene_point_from(json.at("reference"));
     return report;
@@ -215,6 +219,11 @@ Json fronts(const Json& fields, const Json& points) {
     result[name] = pareto_front(cost, error);
   }
   return result;
+}
+
+/// Empty where there is none.
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : "";
 }
 
 /// RFC 4180: quoted where a comma, a quote or a line end stands in it.
@@ -313,11 +322,11 @@ std::string encode_scene_csv(const SceneReport& report) {
     csv += fmt::format("{},{},{},{},{},{}", solver_name(p.settings.solver), springs_name(p.settings.springs),
                        p.settings.substeps, p.settings.tolerance, p.settings.resolution,
                        outcome_name(p.outcome));
-    for (const SceneErrorField& field : scene_error_fields())
-      csv += fmt::format(",{}", p.errors.*field.value);
-    csv += fmt::format(",{},{},{},{},{},{},{},{},{},{},{}\n", p.ms_per_step.median, p.ms_per_step.min,
-                       p.ms_per_step.max, p.ms_p95, p.runs, p.seconds, p.substeps, p.cells, p.recoveries,
-                       p.fallbacks, csv_text(p.reason));
+    for (const SceneErrorField& field : scene_error_fields()) csv += ',' + csv_number(p.errors.*field.value);
+    for (double time : {p.ms_per_step.median, p.ms_per_step.min, p.ms_per_step.max, p.ms_p95})
+      csv += ',' + csv_number(time);
+    csv += fmt::format(",{},{},{},{},{},{},{}\n", p.runs, csv_number(p.seconds), p.substeps, p.cells,
+                       p.recoveries, p.fallbacks, csv_text(p.reason));
   }
   return csv;
 }
@@ -362,7 +371,7 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
          {"coverage", number(q.coverage)},
          {"min_dihedral_deg", number(q.min_dihedral_deg)},
          {"min_scaled_jacobian", number(q.min_scaled_jacobian)},
-         {"inverted", q.inverted}});
+         {"inverted", p.problem.empty() ? Json(q.inverted) : Json()}});
   }
   json["fronts"] = fronts(json["fields"], json["points"]);
   json["orders"] = Json::array();
@@ -383,12 +392,13 @@ std::string encode_meshing_csv(const MeshingReport& report) {
       "coverage,min_dihedral_deg,inverted,outcome,reason\n";
   for (const MeshingPoint& p : report.points) {
     const QualitySummary& q = p.quality;
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.options.voxels,
-                       p.options.pseudo_volume.p_in_voxels, p.options.lattice.cells,
-                       p.options.smoothing.iterations, p.cells, p.tets, p.ms.median, p.ms.min, p.ms.max,
-                       q.volume, p.volume_error ? fmt::format("{}", *p.volume_error) : "",
-                       q.boundary_to_input, q.input_to_boundary, q.to_pseudo_volume.max_diagonals,
-                       q.to_pseudo_volume.mean_diagonals, q.coverage, q.min_dihedral_deg, q.inverted,
+    csv += fmt::format("{},{},{},{},{},{}", p.options.voxels, p.options.pseudo_volume.p_in_voxels,
+                       p.options.lattice.cells, p.options.smoothing.iterations, p.cells, p.tets);
+    for (double figure : {p.ms.median, p.ms.min, p.ms.max, q.volume, p.volume_error.value_or(NAN),
+                          q.boundary_to_input, q.input_to_boundary, q.to_pseudo_volume.max_diagonals,
+                          q.to_pseudo_volume.mean_diagonals, q.coverage, q.min_dihedral_deg})
+      csv += ',' + csv_number(figure);
+    csv += fmt::format(",{},{},{}\n", p.problem.empty() ? fmt::format("{}", q.inverted) : "",
                        outcome_name(outcome_of(p)), csv_text(p.problem.empty() ? p.incomplete : p.problem));
   }
   return csv;

@@ -163,6 +163,31 @@ class Report(ProgramTest):
             self.assertEqual(len(list(csv.reader(file))), 1 + len(whole["points"]))
         return whole
 
+    def test_of_narrower_axes_resumed_keeps_what_the_wider_ones_gave(self):
+        out = self.folder / "report"
+        common = ("--repeats", "1", "-o", out)
+        scene = (self.file("scene.json", json.dumps(SPINNING)), "--solvers", "newton", "--tolerances", "1e-6", "--resolutions",
+                 "1", "--refinement", "2", *common)
+        mesh = (MESHES / "torus.obj", "--grid-voxels", "48", "--grid-smoothing", "0", "--grid-p-in-voxels", "1", *common)
+        for arguments, axis, wide, narrow in ((scene, "--substeps", "2,4,8", "2,3"), (mesh, "--grid-cells", "8,12,64", "8,10")):
+            shutil.rmtree(out, ignore_errors=True)
+            whole = self.run_json("report", *arguments, axis, wide)
+            resumed = self.run_json("report", *arguments, axis, narrow, "--resume")
+            for point in whole["points"]:
+                if point["outcome"] != "failed":
+                    self.assertIn(point, resumed["points"])
+            self.assertEqual(len(resumed["points"]), 1 + sum(p["outcome"] != "failed" for p in whole["points"]))
+
+    def test_of_finer_steps_does_not_replace_what_a_coarser_reference_gave(self):
+        out = self.folder / "report"
+        scene = (self.file("scene.json", json.dumps(SPINNING)), "--solvers", "newton", "--tolerances", "1e-6", "--resolutions",
+                 "1", "--refinement", "2", "--repeats", "1", "-o", out)
+        self.run_json("report", *scene, "--substeps", "2,4")
+        before = (out / "report.json").read_bytes()
+        refused = self.run_json("report", *scene, "--substeps", "2,32", "--resume", expect=2)
+        self.assertIn("64 substeps", refused["detail"])
+        self.assertEqual((out / "report.json").read_bytes(), before)
+
     def test_of_a_scene_is_interrupted_and_resumed(self):
         scene = self.file("scene.json", json.dumps({**SPINNING, "bodies": [cube(8)], "duration": 1}))
         self.resumed(scene, "--solvers", "newton", "--substeps", "1,2,4,8,16", "--tolerances", "1e-4,1e-8",
@@ -174,6 +199,10 @@ class Report(ProgramTest):
         for point in whole["points"]:
             if point["outcome"] == "failed":  # 64 cells of 96 voxels
                 self.assertIn("half the voxels", point["reason"])
+                self.assertEqual(set(point["ms_per_step"].values()), {None})
+        with open(self.folder / "report" / "report.csv", newline="") as file:
+            for row in csv.DictReader(file):
+                self.assertEqual(row["ms"] == "", row["outcome"] == "failed")
 
     def test_another_scene_is_not_resumed(self):
         out, grid = self.folder / "report", ("--solvers", "newton", "--substeps", "1", "--repeats", "1", "--refinement", "2")

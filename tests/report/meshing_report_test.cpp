@@ -52,6 +52,28 @@ TEST(MeshingReport, TheVolumeErrorOfAShellIsThatOfItsWall) {
   EXPECT_EQ(point.distance(), std::max(point.quality.boundary_to_input, point.quality.input_to_boundary));
 }
 
+TEST(MeshingReport, ResumedOverNarrowerAxesKeepsEveryPoint) {
+  const auto torus = std::make_shared<const TriangleSoup>(test::torus(0.35, 0.15));
+  MeshingReportOptions options;
+  options.base.voxels = 32, options.base.lattice.cells = 8;
+  options.axes.cells = {4, 8, 64};
+  options.repeats = 1;
+  Progress progress;
+  const MeshingReport whole = report_meshing(torus, options, progress);
+  ASSERT_EQ(whole.points.size(), 3U);
+  EXPECT_FALSE(
+      whole.points[2].problem.empty());  // more cells than half the voxels: neither time nor distance
+  EXPECT_TRUE(std::isnan(whole.points[2].ms.median) && std::isnan(whole.points[2].distance()));
+
+  options.done = whole.points;
+  options.axes.cells = {6, 8};
+  EXPECT_EQ(report_meshing(torus, options, progress).points.size(), 4U);
+  options.base.smoothing.iterations += 1, options.axes.smoothing_iterations = {0};  // an axis
+  EXPECT_EQ(report_meshing(torus, options, progress).points.size(), 5U);
+  options.base.lattice.density *= 0.5;  // none
+  EXPECT_THROW(report_meshing(torus, options, progress), Error);
+}
+
 TEST(MeshingReport, CountsTheTetsThatARunGives) {
   AuthoringPipeline pipeline(std::make_shared<const TriangleSoup>(test::torus(0.35, 0.15)));
   Progress progress;

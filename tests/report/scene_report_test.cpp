@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -167,6 +168,30 @@ TEST(SceneReport, APlantedErrorIsSeenAsWhatItIs) {
   EXPECT_EQ(errors.max_cell_volume, 0.125);
 }
 
+/// Two that meet head-on have no momentum together, which an error could be relative to.
+TEST(SceneReport, WithoutDeformableBodiesTheRigidOnesSetTheScale) {
+  Scene scene;
+  scene.duration = 0.5;
+  scene.gravity = Vec3::Zero();
+  for (const double side : {-1.0, 1.0}) {
+    SceneBody ball;
+    ball.name = side < 0.0 ? "left" : "right";
+    RigidBody rigid;
+    rigid.shape = SphereShape{0.1};
+    rigid.mass = 2.0;
+    ball.kind = rigid;
+    ball.position = Vec3(0.5 * side, 0.0, 0.0), ball.velocity = Vec3(-side, 0.0, 0.0);
+    scene.bodies.push_back(ball);
+  }
+  SceneReportOptions options;
+  options.axes = only_substeps({1});
+  options.repeats = 1;
+  options.build = planting([](Snapshot& frame) { frame.metrics.linear_momentum += Vec3(0.8, 0.0, 0.0); });
+  Progress quiet;
+  const SceneErrors errors = report_scene(scene, options, quiet).points.at(0).errors;
+  EXPECT_NEAR(errors.linear_momentum, 0.1, 1e-9);  // of 4 kg · 1 m / 0.5 s
+}
+
 /// Of 20 frames one may take longer; of three repeats the slowest counts.
 TEST(SceneReport, PlantedTimesFitTheBudgetThatTheyTake) {
   SceneReportOptions options;
@@ -216,8 +241,41 @@ TEST_F(CancelledReport, KeepsWhatIsDoneAndResumingTakesItOver) {
   ASSERT_EQ(whole.points.size(), 3u);
   EXPECT_EQ(whole.points[0].seconds, 12345.0);
 
-  options.reference_refinement *= 2;
-  EXPECT_NE(report_scene(scene, options, progress).points[0].seconds, 12345.0);
+  options.reference_refinement /= 2;  // the finer reference serves as well
+  EXPECT_EQ(report_scene(scene, options, progress).points[0].seconds, 12345.0);
+  options.reference_refinement *= 4;  // errors against two references stand in no one report
+  EXPECT_THROW(report_scene(scene, options, progress), Error);
+}
+
+TEST_F(CancelledReport, ResumedOverNarrowerAxesKeepsEveryPoint) {
+  options.on_point = [&](const SceneReport& report) { cancel = report.points.size() == 2; };
+  options.earlier = report_scene(scene, options, progress);
+  ASSERT_EQ(options.earlier.points.size(), 2u);
+  options.earlier.points[1].outcome = Outcome::failed;  // as for want of memory: tried again
+  cancel = false;
+  options.on_point = {};
+  options.axes = only_substeps({2});
+  const SceneReport whole = report_scene(scene, options, progress);
+  EXPECT_TRUE(whole.complete);
+  EXPECT_EQ(whole.reference.settings, options.earlier.reference.settings);
+  for (const ScenePoint& known : options.earlier.points) {
+    const auto kept = std::ranges::find(whole.points, known.settings, &ScenePoint::settings);
+    ASSERT_NE(kept, whole.points.end());
+    EXPECT_EQ(kept->outcome, Outcome::converged);
+  }
+}
+
+TEST_F(CancelledReport, APointThatFailsHasNoTimesAndNoErrors) {
+  options.axes = only_substeps({1});
+  options.build = [](const Scene& part, Progress& quiet) {
+    if (part.solver.tolerance != SceneReportOptions().reference_tolerance && part.gravity != Vec3::Zero())
+      throw Error(ErrorCode::over_budget, "planted");  // not the probe, which is weightless
+    return compile(part, quiet);
+  };
+  const ScenePoint failed = report_scene(scene, options, progress).points.at(0);
+  EXPECT_EQ(failed.outcome, Outcome::failed);
+  EXPECT_TRUE(std::isnan(failed.ms_per_step.median) && std::isnan(failed.fits_ms()));
+  EXPECT_TRUE(std::isnan(failed.errors.trajectory_rms) && std::isnan(failed.errors.energy));
 }
 
 TEST_F(CancelledReport, LosesNothingOfAResumedRun) {
