@@ -5,6 +5,16 @@
 
 namespace isochor {
 
+// Of a frame at most ten times what was usual counts, and moves the usual: scenes whose frames really grow
+// dearer are followed within a few of them.
+void Stalls::add(double seconds) {
+  constexpr double most = 10.0, weight_of_last = 0.3;
+  if (usual_ <= 0.0) usual_ = seconds;
+  const double counted = std::min(seconds, most * usual_);
+  usual_ += weight_of_last * (counted - usual_);
+  lost_ += seconds - counted;
+}
+
 Pace::Point* Pace::find(const CostPlace& place) {
   const auto found = std::ranges::find(points_, place, &Point::place);
   return found != points_.end() ? &*found : nullptr;
@@ -41,10 +51,10 @@ void Pace::expect_reference(const CostPlace& place) {
 
 // The longer a run goes on, the more its own pace counts, and the less what was predicted. The first one of
 // all is what the others are predicted from.
-double Pace::fraction(const CostPlace& running, double share, double seconds) const {
+double Pace::fraction(const CostPlace& running, double share, double seconds, double lost) const {
   if (share <= 0.0 && model_.empty()) return 0.0;
   CostModel from_this;
-  if (model_.empty()) from_this.add(running, seconds / share);
+  if (model_.empty()) from_this.add(running, (seconds - lost) / share);
   double left = 0.0;
   for (const Point& point : points_) {
     const double predicted = model_.empty() ? predict(from_this, point) : point.seconds;
@@ -52,9 +62,9 @@ double Pace::fraction(const CostPlace& running, double share, double seconds) co
       left += seconds_left(point, predicted);
       continue;
     }
-    const double own = share > 0.0 ? seconds / share : predicted,
-                 whole = std::max(seconds, std::pow(predicted, 1.0 - share) * std::pow(own, share));
-    left += seconds_left(point, whole) - seconds;
+    const double steady = seconds - lost, own = share > 0.0 ? steady / share : predicted,
+                 whole = std::max(steady, std::pow(predicted, 1.0 - share) * std::pow(own, share));
+    left += seconds_left(point, whole) - steady;
   }
   const double spent = spent_ + seconds;
   return spent > 0.0 ? spent / (spent + std::max(0.0, left)) : 0.0;

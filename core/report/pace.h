@@ -6,6 +6,16 @@
 
 namespace isochor {
 
+/// The seconds of a run whose frames took far longer than those before them.
+class Stalls {
+ public:
+  void add(double seconds);
+  double lost() const { return lost_; }
+
+ private:
+  double usual_ = 0.0, lost_ = 0.0;
+};
+
 /// How far the runs of a grid are: the seconds that they took beside those predicted for the ones left.
 class Pace {
  public:
@@ -17,12 +27,15 @@ class Pace {
   void expect(const CostPlace& place, int runs);
   /// Of what the points are measured against: whether it reaches its end says nothing of theirs.
   void expect_reference(const CostPlace& place);
-  /// Share of the whole that is done when the run at this place has done a share of its own in these seconds.
-  double fraction(const CostPlace& running, double share, double seconds) const;
+  /// Share of the whole that is done when the run at this place has done a share of its own in these seconds,
+  /// some of them lost in pauses of the machine, which say nothing of what is left.
+  double fraction(const CostPlace& running, double share, double seconds, double lost = 0.0) const;
   /// Of a run that went to its end, or would have taken `whole` seconds to get there: it blew up, and is not
   /// made again.
   void end_run(const CostPlace& place, double seconds, double whole);
   void end_run(const CostPlace& place, double seconds) { end_run(place, seconds, seconds); }
+  /// Time that passed beside the runs' own.
+  void lose(double seconds) { spent_ += seconds; }
   /// The runs of this point that are left are not made.
   void leave_out(const CostPlace& place);
 

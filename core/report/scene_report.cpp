@@ -186,11 +186,16 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, const s
   FrameSink sink;
   if (recorded && options.on_frame)
     sink = [&, index](const Snapshot& frame) { options.on_frame(index, frame); };
+  Stalls stalls;
+  Clock::time_point frame = Clock::now();
   Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double share) {
-    study.progress.report(phase, study.pace.fraction(cost_place(settings), share, seconds_since(start)));
+    stalls.add(seconds_since(std::exchange(frame, Clock::now())));
+    study.progress.report(
+        phase, study.pace.fraction(cost_place(settings), share, seconds_since(start), stalls.lost()));
   });
-  const double taken = seconds_since(start);
+  const double taken = seconds_since(start) - stalls.lost();
   study.pace.end_run(cost_place(settings), taken, built + (taken - built) / run.share);
+  study.pace.lose(stalls.lost());
   return run;
 }
 

@@ -187,5 +187,32 @@ TEST(Pace, OfMeshesIsKnownFromTheFirstPoints) {
   EXPECT_NEAR(predicted / whole, 1.0, 0.2);
 }
 
+double left(const Pace& pace, const CostPlace& place, double seconds, double lost) {
+  const double fraction = pace.fraction(place, 0.5, seconds + lost, lost);
+  return (seconds + lost) * (1.0 - fraction) / fraction;
+}
+
+TEST(Pace, AFrameThatStallsIsNotForeseenAgain) {
+  const auto grid = usual_grid();
+  Pace pace;
+  for (const SceneSettings& settings : grid) pace.expect(cost_place(settings), 3);
+  const CostPlace first = cost_place(grid.front());
+  EXPECT_NEAR(left(pace, first, 5.0, 30.0), left(pace, first, 5.0, 0.0), 1e-6);
+
+  Stalls stalls;
+  for (int frame = 0; frame < 50; ++frame) stalls.add(frame == 20 ? 30.0 : 0.1);
+  EXPECT_NEAR(stalls.lost(), 29.0, 1e-9);
+}
+
+TEST(Pace, FramesThatGrowDearerAreNoStalls) {
+  Stalls stalls;
+  double whole = 0.0;
+  for (int frame = 0; frame < 100; ++frame) {
+    const double seconds = frame < 20 ? 0.001 : 0.5;
+    stalls.add(seconds), whole += seconds;
+  }
+  EXPECT_LT(stalls.lost(), 0.1 * whole);
+}
+
 }  // namespace
 }  // namespace isochor
