@@ -10,8 +10,8 @@
 namespace isochor {
 namespace {
 
-std::vector<std::string> values(const Head& head, std::string_view name) {
-  std::vector<std::string> found;
+std::vector<std::string_view> values(const Head& head, std::string_view name) {
+  std::vector<std::string_view> found;
   for (const auto& [field, value] : head.fields)
     if (field == name) found.push_back(value);
   return found;
@@ -25,7 +25,7 @@ std::optional<Refusal> check_host(const std::string& host, const AccessPolicy& p
 }
 
 /// Behind a proxy that ends TLS the page's own origin is https.
-bool is_own_origin(const std::string& origin, const std::string& host, const AccessPolicy& policy) {
+bool is_own_origin(std::string_view origin, const std::string& host, const AccessPolicy& policy) {
   return origin == "http://" + host || (policy.hosts.empty() && origin == "https://" + host);
 }
 
@@ -53,18 +53,19 @@ AccessPolicy loopback_policy(int port, std::string token, const std::string& nam
 std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy) {
   const auto hosts = values(head, "host");
   if (hosts.size() != 1) return Refusal{400, "host", "exactly one Host is needed", ""};
-  std::string host = lower_case(hosts.front());  // names of hosts have no case (RFC 9110, 4.2.3)
+  // Names of hosts have no case (RFC 9110, 4.2.3), and none is so long.
+  std::string host = lower_case(hosts.front().substr(0, max_name_bytes));
   if (auto refusal = check_host(host, policy)) return refusal;
-  if (!head.authority
-           .empty()) {  // it counts instead (RFC 9112, 3.2.2), and no name of another's gets in by either
+  // Of an absolute target its own counts (RFC 9112, 3.2.2); no other name gets in by either.
+  if (!head.authority.empty()) {
     host = head.authority;
     if (auto refusal = check_host(host, policy)) return refusal;
   }
-  for (const std::string& origin : values(head, "origin"))
+  for (const std::string_view origin : values(head, "origin"))
     if (!is_own_origin(origin, host, policy))
       return Refusal{403, "origin", "requests from other origins are refused",
                      "open the page that this server serves"};
-  for (const std::string& site : values(head, "sec-fetch-site"))
+  for (const std::string_view site : values(head, "sec-fetch-site"))
     if (site != "same-origin" && site != "none")
       return Refusal{403, "cross_site", "requests that another site caused are refused",
                      "type the address into the browser instead"};

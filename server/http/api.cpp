@@ -1,6 +1,7 @@
 #include "server/http/api.h"
 
 #include "server/messages/openapi.h"
+#include "server/store/content_id.h"
 
 namespace isochor {
 namespace {
@@ -52,6 +53,18 @@ Api::Api(Samples samples_, std::shared_ptr<Waker> waker_, std::int64_t memory_li
       catalog(memory_limit_),
       simulations(waker, memory_limit_, memory_limit_ / frame_share),
       jobs(job_threads, [wake = waker] { wake->wake(); }) {}
+
+Response shared_answer(Api& api, const std::string& key, const std::string& etag,
+                       const std::function<std::string()>& encode) {
+  const auto answer = api.texts.get(key, [&] {
+    std::string text = encode();
+    std::string tag = etag.empty() ? content_id("t", text) : etag;
+    return TaggedAnswer{std::move(tag), LargeAnswer(std::move(text), api.disposal)};
+  });
+  Response response = respond_with({answer, &answer->content});
+  response.headers.emplace_back("ETag", '"' + answer->etag + '"');
+  return response;
+}
 
 std::vector<Route> api_routes(Api& api) {
   std::vector<Route> routes;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "server/http/large_answer.h"
 #include "server/http/router.h"
 #include "server/http/samples.h"
 #include "server/job_queue/job_queue.h"
@@ -13,7 +14,13 @@
 namespace isochor {
 
 struct DownloadFile {
-  std::string name, content_type, content;
+  std::string name, content_type;
+  LargeAnswer content;
+};
+
+struct TaggedAnswer {
+  std::string etag;
+  LargeAnswer content;
 };
 
 /// What the handlers share.
@@ -24,7 +31,8 @@ struct Api {
   std::shared_ptr<Waker> waker;
   std::int64_t memory_limit;
   Catalog catalog;
-  Shared<std::string> texts;  ///< large answers under way
+  Disposal disposal;
+  Shared<TaggedAnswer> texts;  ///< large answers under way
   Shared<DownloadFile> downloads;
   Simulations simulations;
   JobQueue jobs;
@@ -69,6 +77,11 @@ Scene sample_scene(const Api& api, const std::string& name);
 std::shared_ptr<SimulationRunner> find_runner(Api& api, const Request& request);
 /// What is known of it once it is prepared; a refusal, 409, before.
 std::shared_ptr<const HelloFacts> prepared(const SimulationRunner& runner);
+
+/// A large answer, made once for those who read it at the same time. Without an etag that of its content is
+/// taken.
+Response shared_answer(Api& api, const std::string& key, const std::string& etag,
+                       const std::function<std::string()>& encode);
 
 /// Answers once the job has ended, or after the wait, then with unfinished_status.
 Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status);

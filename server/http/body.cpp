@@ -1,81 +1,37 @@
 #include "server/http/body.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <atomic>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <new>
 
-#include "server/http/service.h"
+#include "server/http/nameless_file.h"
 
 namespace isochor {
 namespace {
 
 std::atomic<std::size_t> in_files{0};
 
-std::string folder() {
-  const char* chosen = std::getenv("TMPDIR");
-  return chosen && *chosen ? chosen : "/var/tmp";
-}
-
-[[noreturn]] void fail(int error) {
-  refuse(507, "no_space", fmt::format("no room for the body in {}: {}", folder(), std::strerror(error)),
-         "free some space there, or start the server with TMPDIR set to a folder that has more");
-}
-
-int open_nameless() {
-  const int nameless = ::open(folder().c_str(), O_TMPFILE | O_EXCL | O_RDWR | O_CLOEXEC, 0600);
-  if (nameless >= 0) return nameless;
-  // Not every file system knows such files.
-  std::string name = folder() + "/isochor-XXXXXX";
-  const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named < 0) fail(errno);
-  ::unlink(name.c_str());
-  return named;
-}
-
 }  // namespace
 
 class Body::File {
  public:
-  File() : descriptor_(open_nameless()) {}
-  ~File() {
-    if (mapped_) ::munmap(mapped_, size_);
-    ::close(descriptor_);
-    in_files -= size_;
-  }
+  File() = default;
+  ~File() { in_files -= file_.size(); }
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
   void append(std::string_view bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail(errno);
-      bytes.remove_prefix(static_cast<std::size_t>(written));
-      size_ += static_cast<std::size_t>(written);
-      in_files += static_cast<std::size_t>(written);
+    const std::size_t before = file_.size();
+    try {
+      file_.append(bytes);
+    } catch (...) {
+      in_files += file_.size() - before;
+      throw;
     }
+    in_files += file_.size() - before;
   }
-
-  std::string_view map() {
-    if (!mapped_) {
-      void* const address = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor_, 0);
-      if (address == MAP_FAILED) throw std::bad_alloc();
-      mapped_ = address;
-    }
-    return {static_cast<const char*>(mapped_), size_};
-  }
+  std::string_view map() { return file_.map(); }
 
  private:
-  int descriptor_;
-  std::size_t size_ = 0;
-  void* mapped_ = nullptr;
+  NamelessFile file_;
 };
 
 void Body::append(std::string_view bytes) {

@@ -18,12 +18,18 @@ constexpr std::size_t read_size = 64 * 1024;
 /// Most heads are shorter, and what comes after one waits in memory for its turn.
 constexpr std::size_t head_read_size = 4 * 1024;
 constexpr int reads_a_turn = 32;
+constexpr auto turn = std::chrono::milliseconds(2);
 /// Of what a refused sender still sends, so that it gets to read why: clients send a body whole before they
 /// read.
 constexpr std::size_t max_discarded = 8 << 20;
 
 void set_option(int socket, int level, int name, int value) {
   setsockopt(socket, level, name, &value, sizeof value);
+}
+
+/// An assignment would keep its memory.
+void let_go(std::string& text) {
+  std::string().swap(text);
 }
 
 /// −1: nothing there now; 0: the peer has ended.
@@ -54,7 +60,7 @@ void Connection::close() {
   stream_.reset();
   pending_.reset();
   output_ = {};
-  input_ = {};
+  let_go(input_);
   admission_ = {};
 }
 
@@ -66,22 +72,24 @@ bool Connection::on_readable(const Service& service, Clock::time_point now) {
 }
 
 bool Connection::read_head(const Service& service, Clock::time_point now) {
-  std::array<char, head_read_size> buffer;
-  std::size_t length = std::string::npos;
-  while (length == std::string::npos && input_.size() <= max_head_bytes) {
-    const ssize_t got = receive(socket_.descriptor(), buffer.data(), buffer.size());
+  // One for all connections of a thread: a head that comes in one piece takes no memory of its own, which
+  // would leave holes between what stays.
+  thread_local std::array<char, max_head_bytes + head_read_size> buffer;
+  std::size_t size = input_.copy(buffer.data(), input_.size()), length = std::string::npos;
+  while (length == std::string::npos && size <= max_head_bytes) {
+    const ssize_t got = receive(socket_.descriptor(), buffer.data() + size, head_read_size);
     if (got == 0) close();
+    if (got < 0) input_.assign(buffer.data(), size);
     if (got <= 0) return false;
-    const std::size_t searched = input_.size();
-    input_.append(buffer.data(), static_cast<std::size_t>(got));
-    length = head_length(input_, searched);
+    length = head_length({buffer.data(), size + static_cast<std::size_t>(got)}, size);
+    size += static_cast<std::size_t>(got);
   }
+  const std::string_view input(buffer.data(), size);
   if (length > max_head_bytes) {  // or npos: not there yet
-    if (input_.size() > max_head_bytes)
-      respond(problem_response(Refusal{431, "head_too_large", "the head exceeds 16 KiB", ""}), now);
+    respond(problem_response(Refusal{431, "head_too_large", "the head exceeds 16 KiB", ""}), now);
     return false;
   }
-  auto admitted = service.admit(std::string_view(input_).substr(0, length));
+  auto admitted = service.admit(input.substr(0, length));
   if (auto* refusal = std::get_if<Response>(&admitted)) {
     respond(std::move(*refusal), now);
     return false;
@@ -92,7 +100,7 @@ bool Connection::read_head(const Service& service, Clock::time_point now) {
     send(socket_.descriptor(), "HTTP/1.1 100 Continue\r\n\r\n", 25, MSG_NOSIGNAL | MSG_DONTWAIT);
   state_ = State::body;
   deadline_ = now + limits_.body;
-  input_ = input_.substr(length);
+  input_ = input.substr(length);
   return whole() || (!body().in_file() && read_body(now));
 }
 
@@ -130,7 +138,7 @@ Admission Connection::take_admission() {
   abandoned_ = std::make_shared<std::atomic<bool>>(false);
   admission_.request.abandoned = abandoned_;
   state_ = State::working;
-  input_ = {};
+  let_go(input_);
   return std::move(admission_);
 }
 
@@ -143,12 +151,13 @@ void Connection::respond(Response response, Clock::time_point now) {
   }
   pending_.reset();
   admission_ = {};
-  input_ = {};
+  let_go(input_);
   add_security_headers(response);
   output_ = {};
   output_.head = format_head(response);
   if (!head_only_) {
     output_.body = std::move(response.body);
+    output_.file = std::move(response.file);
     stream_ = std::move(response.stream);
   }
   state_ = stream_ ? State::streaming : State::writing;
@@ -171,13 +180,24 @@ void Connection::on_wake(Clock::time_point now) {
   }
 }
 
+/// As much as the socket takes.
+ssize_t Connection::send_some() const {
+  if (output_.sent >= output_.in_memory())
+    return output_.file->send(socket_.descriptor(), output_.sent - output_.in_memory());
+  std::array<iovec, 3> parts;
+  msghdr message{};
+  message.msg_iov = parts.data();
+  message.msg_iovlen = output_.remaining(parts);
+  return sendmsg(socket_.descriptor(), &message, MSG_NOSIGNAL);
+}
+
+/// Until the reader is behind, or others want their turn.
 void Connection::write(Clock::time_point now) {
+  const auto turn_end = Clock::now() + turn;
   while (has_output()) {
-    std::array<iovec, 3> parts;
-    msghdr message{};
-    message.msg_iov = parts.data();
-    message.msg_iovlen = output_.remaining(parts);
-    const ssize_t sent = sendmsg(socket_.descriptor(), &message, MSG_NOSIGNAL);
+    if (Clock::now() > turn_end) return;
+    const ssize_t sent = send_some();
+    if (sent == 0) return close();  // the file is shorter than it was
     if (sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
     if (sent < 0) return close();
     output_.sent += static_cast<std::size_t>(sent);
@@ -199,7 +219,7 @@ std::size_t Connection::Output::remaining(std::array<iovec, 3>& parts) const {
 }
 
 void Connection::pull(Clock::time_point now) {
-  const auto turn_end = Clock::now() + std::chrono::milliseconds(2);
+  const auto turn_end = Clock::now() + turn;
   while (state_ == State::streaming && !has_output()) {
     StreamPiece piece = stream_->next(now);
     if (piece.empty()) {

@@ -81,10 +81,9 @@ class Connection {
   std::size_t buffered() const {
     return state_ == State::head || state_ == State::body ? input_.size() + body().bytes_in_memory() : 0;
   }
-  /// This reader's share of the body that it takes.
-  std::size_t unsent_body() const {
-    return output_.body ? output_.body->size() / static_cast<std::size_t>(output_.body.use_count()) : 0;
-  }
+  /// This reader's share of the body that it takes, in memory, and in a file.
+  std::size_t unsent_body() const { return share(output_.body); }
+  std::size_t unsent_file() const { return share(output_.file); }
 
  private:
   /// At most three pieces are under way: an own one, a shared one, and the chunk's end.
@@ -92,16 +91,24 @@ class Connection {
     std::string head;
     SharedBytes body;
     std::string tail;
+    std::shared_ptr<const NamelessFile> file;  ///< after all of them
     std::size_t sent = 0;
-    std::size_t size() const { return head.size() + (body ? body->size() : 0) + tail.size(); }
+    std::size_t in_memory() const { return head.size() + (body ? body->size() : 0) + tail.size(); }
+    std::size_t size() const { return in_memory() + (file ? file->size() : 0); }
     std::size_t remaining(std::array<iovec, 3>& parts) const;
   };
+
+  template <class T>
+  static std::size_t share(const std::shared_ptr<T>& bytes) {
+    return bytes ? bytes->size() / static_cast<std::size_t>(bytes.use_count()) : 0;
+  }
 
   bool has_output() const { return output_.sent < output_.size(); }
   bool read_head(const Service& service, Clock::time_point now);
   bool read_body(Clock::time_point now);
   const Body& body() const { return admission_.request.body; }
   void write(Clock::time_point now);
+  ssize_t send_some() const;
   void pull(Clock::time_point now);
   void finish(Clock::time_point now);
   void time_out(Clock::time_point now);

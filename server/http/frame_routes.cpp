@@ -8,7 +8,6 @@
 #include "server/http/query.h"
 #include "server/http/service.h"
 #include "server/messages/api_messages.h"
-#include "server/store/content_id.h"
 #include "server/stream/viewer.h"
 
 namespace isochor {
@@ -20,11 +19,8 @@ Response get_topology(Api& api, const Request& request) {
   const auto runner = find_runner(api, request);
   const auto facts = prepared(*runner);
   const std::string& id = request.segment("id");
-  Response response;
-  response.body = api.texts.get(id + "/topology", [&] { return encode_topology(id, facts->bodies); });
-  // Its id would not do: another launch has another simulation of this id.
-  response.headers.emplace_back("ETag", '"' + content_id("t", *response.body) + '"');
-  return response;
+  // Its id would not do for a tag: another launch has another simulation of this id.
+  return shared_answer(api, id + "/topology", "", [&] { return encode_topology(id, facts->bodies); });
 }
 
 Encoding encoding_of(const Request& request) {
@@ -76,9 +72,7 @@ Response get_frame(Api& api, const Request& request) {
   const Encoding encoding = encoding_of(request);
   const std::string key = fmt::format("{}/frames/{}/{}/{}", request.segment("id"), status.epoch, *seq,
                                       static_cast<int>(encoding));
-  Response response;
-  response.body = api.texts.get(key, [&] { return encode_frame(*frame, encoding); });
-  return response;
+  return shared_answer(api, key, "", [&] { return encode_frame(*frame, encoding); });
 }
 
 constexpr std::string_view encoding_schema = R"({"enum":["f32","f64","array"],"default":"f32"})";

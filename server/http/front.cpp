@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <new>
 
 #include "server/job_queue/retry_allocation.h"
@@ -32,6 +33,7 @@ Front::Front(Listener& listener, const Service& service, Workers& workers, std::
       streams_(waker_),
       bodies_(service, waker_, limits.bodies),
       answers_(std::make_shared<Answers>()) {
+  std::signal(SIGPIPE, SIG_IGN);  // sendfile(2) knows no MSG_NOSIGNAL
   connections_.watch(listener_.descriptor(), EPOLLIN, listener_id);
   connections_.watch(waker_->descriptor(), Waker::epoll_events, waker_id);
 }
@@ -165,15 +167,16 @@ void Front::sweep(Clock::time_point now) {
   int overdue = 0;
   last_tick_ = now;
   keep_memory_reserve();
-  std::size_t unsent = 0;
+  std::size_t unsent_bodies = 0, unsent_files = 0;
   buffered_ = 0;
   auto& entries = connections_.entries();
   for (auto newest = entries.rbegin(); newest != entries.rend(); ++newest)
     with(newest->second, [&](Connection& connection) {
       if (overdue < most_overdue && connection.on_tick(now)) ++overdue;
       buffered_ += connection.buffered();
-      const bool crowded_out = unsent > limits_.unsent_bodies && connection.unsent_body() > 0;
-      unsent += connection.unsent_body();
+      const bool crowded_out = (unsent_bodies > limits_.unsent_bodies && connection.unsent_body() > 0) ||
+                               (unsent_files > limits_.unsent_files && connection.unsent_file() > 0);
+      unsent_bodies += connection.unsent_body(), unsent_files += connection.unsent_file();
       const bool buffers_too_much = buffered_ > limits_.buffered && connection.buffered() > 0;
       if (!buffers_too_much && !crowded_out) return;
       buffered_ -= connection.buffered();

@@ -18,8 +18,9 @@ namespace isochor {
 struct FrontLimits {
   ConnectionLimits connection;
   std::size_t connections = 2048;
-  std::size_t buffered = std::size_t{4} << 20;       ///< bytes in memory of requests that are not whole
-  std::size_t unsent_bodies = std::size_t{1} << 30;  ///< bytes of answers that their readers have not taken
+  std::size_t buffered = std::size_t{4} << 20;  ///< bytes in memory of requests that are not whole
+  /// Bytes of answers that their readers have not taken, in memory and in files.
+  std::size_t unsent_bodies = std::size_t{8} << 20, unsent_files = std::size_t{1} << 30;
   BodyLimits bodies;
 };
 

@@ -59,7 +59,8 @@ std::optional<Refusal> parse_request_line(std::string_view line, Head& head) {
   const std::size_t first = line.find(' '), last = line.rfind(' ');
   if (first == std::string_view::npos || first == last) return malformed("the request line is malformed");
   const std::string_view method = line.substr(0, first), version = line.substr(last + 1);
-  if (method.empty() || !std::all_of(method.begin(), method.end(), is_token_char))
+  if (method.empty() || method.size() > max_name_bytes ||
+      !std::all_of(method.begin(), method.end(), is_token_char))
     return malformed("the method is malformed");
   if (version != "HTTP/1.1") {
     if (version.starts_with("HTTP/")) return Refusal{505, "http_version", "only HTTP/1.1 is spoken here", ""};
@@ -75,6 +76,8 @@ std::optional<Refusal> parse_field(std::string_view line, Head& head) {
   if (colon == std::string_view::npos || name.empty() ||
       !std::all_of(name.begin(), name.end(), is_token_char))
     return malformed("a header line is malformed");
+  if (name.size() > max_name_bytes)
+    return Refusal{431, "header_too_large", "the name of a header exceeds 256 bytes", ""};
   std::string_view value = line.substr(colon + 1);
   while (!value.empty() && (value.front() == ' ' || value.front() == '\t')) value.remove_prefix(1);
   while (!value.empty() && (value.back() == ' ' || value.back() == '\t')) value.remove_suffix(1);
@@ -84,7 +87,7 @@ std::optional<Refusal> parse_field(std::string_view line, Head& head) {
   return std::nullopt;
 }
 
-std::optional<Refusal> parse_length(const std::string& text, Head& head) {
+std::optional<Refusal> parse_length(std::string_view text, Head& head) {
   if (head.declares_length) return malformed("more than one Content-Length");
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, head.content_length);
@@ -123,7 +126,7 @@ int hex_digit(char c) {
 
 }  // namespace
 
-const std::string* Head::field(std::string_view lower_case_name) const {
+const std::string_view* Head::field(std::string_view lower_case_name) const {
   for (const auto& [name, value] : fields)
     if (name == lower_case_name) return &value;
   return nullptr;

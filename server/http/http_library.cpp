@@ -64,8 +64,8 @@ void declare_body(const Response& from, httplib::Response& to) {
   const std::string type = from.content_type.empty() ? "application/json" : from.content_type;
   if (from.stream)
     to.set_chunked_content_provider(type, nothing);
-  else if (from.body && !from.body->empty())
-    to.set_content_provider(from.body->size(), type, nothing);
+  else if (from.body_size() > 0)
+    to.set_content_provider(from.body_size(), type, nothing);
 }
 
 }  // namespace

@@ -72,12 +72,9 @@ Response list_meshes(const Api& api) {
 
 Response geometry(Api& api, const Request& request) {
   const auto mesh = api.catalog.mesh(request.segment("id"));
-  Response response;
   const Precision precision = query_precision(request);
-  response.body = api.texts.get(mesh->id + (precision == Precision::f64 ? "/geometry64" : "/geometry"),
-                                [&] { return encode_geometry(*mesh, precision); });
-  response.headers.emplace_back("ETag", '"' + mesh->id + '"');
-  return response;
+  return shared_answer(api, mesh->id + (precision == Precision::f64 ? "/geometry64" : "/geometry"), mesh->id,
+                       [&] { return encode_geometry(*mesh, precision); });
 }
 
 const std::vector<QuerySpec> upload_query{

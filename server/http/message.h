@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/http/body.h"
+#include "server/http/nameless_file.h"
 #include "server/stream/byte_source.h"
 
 namespace isochor {
@@ -45,9 +46,12 @@ struct Response {
   int status = 200;
   std::string content_type;  ///< empty: application/json where there is a body
   Fields headers;
-  SharedBytes body;                    ///< shared by all who ask for the same; may be null
-  std::shared_ptr<ByteSource> stream;  ///< instead of a body: an endless one, chunked
+  SharedBytes body;                          ///< shared by all who ask for the same; may be null
+  std::shared_ptr<const NamelessFile> file;  ///< instead of a body, a large one
+  std::shared_ptr<ByteSource> stream;        ///< instead of a body: an endless one, chunked
   std::shared_ptr<PendingAnswer> pending;
+
+  std::size_t body_size() const { return file ? file->size() : body ? body->size() : 0; }
 
   static Response json(std::string text, int status = 200);
   static Response empty(int status = 204);

@@ -50,10 +50,7 @@ Response get_model(Api& api, const Request& request) {
 Response bulk(Api& api, const Request& request, const std::string& what,
               const std::function<std::string(const StoredModel&)>& encode) {
   const auto model = api.catalog.model(request.segment("id"));
-  Response response;
-  response.body = api.texts.get(model->id + what, [&] { return encode(*model); });
-  response.headers.emplace_back("ETag", '"' + model->id + '"');
-  return response;
+  return shared_answer(api, model->id + what, model->id, [&] { return encode(*model); });
 }
 
 Response get_ray(Api& api, const Request& request) {
@@ -67,16 +64,17 @@ Response get_ray(Api& api, const Request& request) {
 
 /// One file as it is; a set of several as one archive, or one of them by its suffix.
 DownloadFile download_of(const std::string& stem, const ExportFormat& format, std::vector<ExportFile> files,
-                         const std::string* suffix) {
+                         const std::string* suffix, Disposal& disposal) {
   if (suffix) {
     std::erase_if(files, [&](const ExportFile& file) { return file.name_suffix != *suffix; });
     if (files.empty()) refuse(404, "not_found", "the set has no file with this suffix", "");
   }
   if (files.size() == 1)
     return {stem + files.front().name_suffix, std::string(format.media_type),
-            std::move(files.front().content)};
+            LargeAnswer(std::move(files.front().content), disposal)};
   for (ExportFile& file : files) file.name_suffix = stem + file.name_suffix;
-  return {fmt::format("{}-{}.tar", stem, format.name), "application/x-tar", make_tar(files)};
+  return {fmt::format("{}-{}.tar", stem, format.name), "application/x-tar",
+          LargeAnswer(make_tar(files), disposal)};
 }
 
 /// File name characters that every system takes.
@@ -102,11 +100,10 @@ Response get_export(Api& api, const Request& request) {
                                    .embedding = model.embedding.get(),
                                    .comment = describe(model.options),
                                    .stem = stem_of(name)};
-        return download_of(exported.stem, format, export_model(exported, format), suffix);
+        return download_of(exported.stem, format, export_model(exported, format), suffix, api.disposal);
       });
-  Response response;
+  Response response = respond_with({download, &download->content});
   response.content_type = download->content_type;
-  response.body = SharedBytes(download, &download->content);
   response.headers.emplace_back("Content-Disposition",
                                 fmt::format("attachment; filename=\"{}\"", download->name));
   return response;

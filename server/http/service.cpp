@@ -17,12 +17,14 @@ constexpr std::string_view content_security_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob:; "
     "worker-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
+constexpr std::size_t max_kept_value = 1024;
+
 bool reads(const Head& head) {
   return head.method == "GET" || head.method == "HEAD";
 }
 
 /// Whatever its parameters; names of media types have no case (RFC 9110, 8.3.1).
-bool is_json(const std::string* content_type) {
+bool is_json(const std::string_view* content_type) {
   if (!content_type) return false;
   std::string name = lower_case(content_type->substr(0, content_type->find(';')));
   name.erase(name.find_last_not_of(" \t") + 1);
@@ -158,7 +160,8 @@ std::variant<Admission, Response> Service::admit(std::string_view text) const {
   admission.request.body = Body(head.content_length);
   admission.expects_continue = head.expects_continue && head.content_length > 0;
   admission.head_only = head.method == "HEAD";
-  admission.request.headers = std::move(head.fields);
+  for (auto& [name, value] : head.fields)  // what is longer is nothing that a route reads
+    if (value.size() <= max_kept_value) admission.request.headers.emplace_back(std::move(name), value);
   return admission;
 }
 
@@ -174,6 +177,7 @@ Response Service::answer(const Admission& admission) const {
   if (matches_etag(request, response)) {
     response.status = 304;
     response.body = nullptr;
+    response.file = nullptr;
   }
   if (response.pending)
     response.pending->poll = [poll = std::move(response.pending->poll)](bool deadline_passed) {

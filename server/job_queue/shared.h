@@ -3,13 +3,14 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <variant>
 
 #include "server/job_queue/guarded.h"
 
 namespace isochor {
 
 /// Large values, made once for all who are reading them at the same time and freed with the last: many slow
-/// readers cost the memory of one.
+/// readers cost the memory of one. They are made one after another, since making one takes memory, too.
 template <class T>
 class Shared {
  public:
@@ -23,7 +24,7 @@ class Shared {
     });
     return slot->made.with([&](std::weak_ptr<const T>& text) -> std::shared_ptr<const T> {
       if (auto known = text.lock()) return known;
-      auto made = std::make_shared<const T>(make());
+      auto made = making_.with([&](auto&) { return std::make_shared<const T>(make()); });
       text = made;
       return made;
     });
@@ -37,6 +38,7 @@ class Shared {
     }
   };
   Guarded<std::map<std::string, std::shared_ptr<Slot>>> slots_;
+  Guarded<std::monostate> making_;
 };
 
 }  // namespace isochor

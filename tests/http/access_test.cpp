@@ -7,7 +7,7 @@ namespace {
 
 const AccessPolicy policy = loopback_policy(8080, "secret");
 
-Head head(std::vector<std::pair<std::string, std::string>> fields) {
+Head head(std::vector<std::pair<std::string, std::string_view>> fields) {
   Head made;
   made.method = "GET";
   made.fields = std::move(fields);

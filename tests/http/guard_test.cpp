@@ -245,7 +245,7 @@ TEST_F(HastyGuard, AReaderThatTakesNothingIsDropped) {
 
 TEST(Front, OfAnswersThatAreNotTakenTheOldestAreGivenUp) {
   FrontLimits limits;
-  limits.unsent_bodies = 1 << 20;
+  limits.unsent_files = 1 << 20;
   const test::RunningServer running({}, limits);
   const HttpClient client = running.client();
   const auto geometry = [&](int triangles) {

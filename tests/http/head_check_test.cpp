@@ -118,6 +118,13 @@ TEST(HeadCheck, WhatTheServerDoesNotDoIsRefused) {
   EXPECT_EQ(status(post("Expect: 100-Continue\r\nContent-Length: 3\r\n")), 200);
 }
 
+TEST(HeadCheck, NamesAreShort) {
+  const std::string longest(max_name_bytes, 'a');
+  EXPECT_EQ(status(get(longest + ": b\r\n")), 200);
+  EXPECT_EQ(status(get(longest + "a: b\r\n")), 431);
+  EXPECT_EQ(status(longest + "a / HTTP/1.1\r\n\r\n"), 400);
+}
+
 TEST(HeadCheck, HeaderLinesAreCounted) {
   std::string fields;
   for (std::size_t i = 0; i < max_fields; ++i) fields += "A: b\r\n";

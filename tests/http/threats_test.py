@@ -74,6 +74,15 @@ class Threats(unittest.TestCase):
         with self.bounded(), self.server.connect(b"GET / HTTP/1.1\r\n") as peer:
             self.assertLess(flood(peer, b"X-A: b\r\n" * 8000, 512 << 20), MEMORY)
 
+    def test_long_heads_that_are_refused(self):
+        for fields in (["Range: bytes=0-"], ["Host: evil.example"], []):
+            part = self.head("GET", "/nothing", "X-Long: " + "a" * 15000, *fields)
+            with self.subTest(fields), self.bounded():
+                peers = [self.server.connect(part) for _ in range(1500)]
+                for peer in peers:
+                    self.assertIn(peer.recv(12)[9:], (b"416", b"400", b"404"))
+                    peer.close()
+
     def test_a_chunked_body(self):
         with self.bounded(), self.server.connect(self.head(
                 "POST", "/api/v1/meshes?name=a.obj", self.token(), "Transfer-Encoding: chunked")) as peer:
@@ -189,6 +198,24 @@ class Threats(unittest.TestCase):
                 peer.recv(100)
             for peer in peers:
                 peer.close()
+
+    def test_slow_readers_of_different_answers(self):
+        """They hold files; of memory there is what the workers keep of the last answers that they encoded."""
+        mesh = self.server.get("/meshes")["meshes"][0]["id"]
+        models = ["/models/" + self.server.finish(self.server.send("POST", "/models", {
+            "mesh_id": mesh, "params": {"voxels": 200, "cells": cells}}))["result"]["model_id"] for cells in (60, 64, 68, 72, 76)]
+        memory, peers, large = self.server.resident_bytes(), [], 0
+        for path in models:
+            for answer in ("/tets", "/tets?smoothed=false", "/tets?encoding=f64", "/tets?smoothed=false&encoding=f64",
+                           "/voxels?shell=false", "/voxels", "/exports/vtu", "/exports/tetgen", "/exports/msh2"):
+                peers.append(self.server.stream("/api/v1" + path + answer, receive_buffer=4096))
+                head = peers[-1].recv(400)
+                large += int(head.split(b"Content-Length: ")[1].split(b"\r")[0])
+        self.assertLess(self.server.resident_bytes() - memory, memory_bound(large))
+        for peer in peers:
+            peer.close()
+        for path in models:
+            self.server.request("DELETE", path)
 
     def test_slow_viewers(self):
         simulation = self.server.new_simulation(cells=16, gravity=[0, 0, 0])
