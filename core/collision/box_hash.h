@@ -3,16 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "core/mesh_input/triangle_soup.h"
+#include "core/common/box.h"
 
 namespace isochor {
-
-inline bool overlaps(const Box& a, const Box& b) {
-  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-}
-inline Box grown(const Box& box, double by) {
-  return {box.min - Vec3::Constant(by), box.max + Vec3::Constant(by)};
-}
 
 /// Boxes in a spatial hash [Teschner 2003]. Its cells are as large as the boxes are on average, so that a box
 /// lies in a few. Built again, it allocates only when there is more than ever before.

@@ -2,13 +2,10 @@
 #include <cmath>
 
 #include "core/common/wide.h"
-#include "core/dynamics/spring_stencil.h"
-#include "core/parallel/parallel.h"
+#include "core/dynamics/spring_runs.h"
 
 namespace isochor {
 namespace {
-
-constexpr int block = 64;
 
 struct Arrays {
   const double *x, *y, *z;
@@ -30,20 +27,11 @@ struct RunData {
   double stiffness, damping;
 };
 
-/// Guards the division for springs of length zero: they push nowhere.
-constexpr double tiny_length = 1e-200;
-
-inline void scatter(double* __restrict f, const double* __restrict force, std::int32_t a, std::int32_t b,
-                    int count) {
-  for (int t = 0; t < count; ++t) f[a + t] += force[t];
-  for (int t = 0; t < count; ++t) f[b + t] -= force[t];
-}
-
 ISOCHOR_MULTIVERSION void elastic_forces(const RunData& data, Arrays p, MutableArrays f) {
-  double fx[block], fy[block], fz[block];
+  double fx[spring_block], fy[spring_block], fz[spring_block];
   for (const SpringRun& run : data.runs) {
-    for (std::int32_t begin = 0; begin < run.count; begin += block) {
-      const int count = std::min(block, run.count - begin);
+    for (std::int32_t begin = 0; begin < run.count; begin += spring_block) {
+      const int count = std::min(spring_block, run.count - begin);
       const std::int32_t a = run.a + begin, b = run.b + begin;
       const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
       for (int t = 0; t < count; ++t) {
@@ -52,18 +40,18 @@ ISOCHOR_MULTIVERSION void elastic_forces(const RunData& data, Arrays p, MutableA
         const double s = data.stiffness * cells[t] * (l - length[t]) / (l + tiny_length);
         fx[t] = s * dx, fy[t] = s * dy, fz[t] = s * dz;
       }
-      scatter(f.x, fx, a, b, count);
-      scatter(f.y, fy, a, b, count);
-      scatter(f.z, fz, a, b, count);
+      scatter_forces(f.x, fx, a, b, count);
+      scatter_forces(f.y, fy, a, b, count);
+      scatter_forces(f.z, fz, a, b, count);
     }
   }
 }
 
 ISOCHOR_MULTIVERSION void damped_forces(const RunData& data, Arrays p, Arrays v, MutableArrays f) {
-  double fx[block], fy[block], fz[block];
+  double fx[spring_block], fy[spring_block], fz[spring_block];
   for (const SpringRun& run : data.runs) {
-    for (std::int32_t begin = 0; begin < run.count; begin += block) {
-      const int count = std::min(block, run.count - begin);
+    for (std::int32_t begin = 0; begin < run.count; begin += spring_block) {
+      const int count = std::min(spring_block, run.count - begin);
       const std::int32_t a = run.a + begin, b = run.b + begin;
       const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
       for (int t = 0; t < count; ++t) {
@@ -74,19 +62,19 @@ ISOCHOR_MULTIVERSION void damped_forces(const RunData& data, Arrays p, Arrays v,
         const double s = data.stiffness * cells[t] * (l - length[t] + data.damping * rate) / l;
         fx[t] = s * dx, fy[t] = s * dy, fz[t] = s * dz;
       }
-      scatter(f.x, fx, a, b, count);
-      scatter(f.y, fy, a, b, count);
-      scatter(f.z, fz, a, b, count);
+      scatter_forces(f.x, fx, a, b, count);
+      scatter_forces(f.y, fy, a, b, count);
+      scatter_forces(f.z, fz, a, b, count);
     }
   }
 }
 
 ISOCHOR_MULTIVERSION void step_forces(const RunData& data, double theta, Arrays p, Arrays q,
                                       MutableArrays f) {
-  double fx[block], fy[block], fz[block];
+  double fx[spring_block], fy[spring_block], fz[spring_block];
   for (const SpringRun& run : data.runs) {
-    for (std::int32_t begin = 0; begin < run.count; begin += block) {
-      const int count = std::min(block, run.count - begin);
+    for (std::int32_t begin = 0; begin < run.count; begin += spring_block) {
+      const int count = std::min(spring_block, run.count - begin);
       const std::int32_t a = run.a + begin, b = run.b + begin;
       const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
       for (int t = 0; t < count; ++t) {
@@ -100,62 +88,54 @@ ISOCHOR_MULTIVERSION void step_forces(const RunData& data, double theta, Arrays 
         fy[t] = s * (y0 + theta * (y1 - y0));
         fz[t] = s * (z0 + theta * (z1 - z0));
       }
-      scatter(f.x, fx, a, b, count);
-      scatter(f.y, fy, a, b, count);
-      scatter(f.z, fz, a, b, count);
+      scatter_forces(f.x, fx, a, b, count);
+      scatter_forces(f.y, fy, a, b, count);
+      scatter_forces(f.z, fz, a, b, count);
     }
   }
 }
 
-RunData chunk_data(const SpringFamily& family, double stiffness, double damping, std::int64_t chunk) {
-  const auto begin = family.chunk_begin[chunk], end = family.chunk_begin[chunk + 1];
-  return {{family.runs.data() + begin, static_cast<std::size_t>(end - begin)},
-          family.rest_lengths.data(),
-          family.cells.data(),
-          stiffness,
-          damping};
+RunData run_data(const SpringFamily& family, std::span<const SpringRun> runs, double stiffness,
+                 double damping) {
+  return {runs, family.rest_lengths.data(), family.cells.data(), stiffness, damping};
 }
 
 /// Summed in lanes, so that the loop is wide and its order fixed.
 ISOCHOR_MULTIVERSION double energy_of(const RunData& data, Arrays p) {
-  double lanes[block] = {};
+  double sums[spring_block] = {};
   for (const SpringRun& run : data.runs) {
-    for (std::int32_t begin = 0; begin < run.count; begin += block) {
-      const int count = std::min(block, run.count - begin);
+    for (std::int32_t begin = 0; begin < run.count; begin += spring_block) {
+      const int count = std::min(spring_block, run.count - begin);
       const std::int32_t a = run.a + begin, b = run.b + begin;
       const double *length = data.rest_lengths + run.first + begin, *cells = data.cells + run.first + begin;
       for (int t = 0; t < count; ++t) {
         const double dx = p.x[b + t] - p.x[a + t], dy = p.y[b + t] - p.y[a + t], dz = p.z[b + t] - p.z[a + t];
         const double stretch = std::sqrt(dx * dx + dy * dy + dz * dz) - length[t];
-        lanes[t] += cells[t] * stretch * stretch;
+        sums[t] += cells[t] * stretch * stretch;
       }
     }
   }
   double sum = 0.0;
-  for (const double lane : lanes) sum += lane;
+  for (const double lane : sums) sum += lane;
   return 0.5 * data.stiffness * sum;
 }
 
 double family_energy(const SpringFamily& family, double stiffness, Arrays p) {
-  return energy_of({family.runs, family.rest_lengths.data(), family.cells.data(), stiffness, 0.0}, p);
+  return energy_of(run_data(family, family.runs, stiffness, 0.0), p);
 }
 
 }  // namespace
 
 void add_spring_forces(const SpringFamily& family, double stiffness, double damping,
                        const Coordinates& positions, const Coordinates& velocities, Coordinates& forces) {
-  for (int color = 0; color < 2; ++color) {
-    parallel_for((family.chunks() - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) {
-        const RunData data = chunk_data(family, stiffness, damping, 2 * i + color);
-        if (damping > 0.0) {
-          damped_forces(data, arrays(positions), arrays(velocities), arrays(forces));
-        } else {
-          elastic_forces(data, arrays(positions), arrays(forces));
-        }
-      }
-    });
-  }
+  for_each_chunk(family, [&](std::span<const SpringRun> runs) {
+    const RunData data = run_data(family, runs, stiffness, damping);
+    if (damping > 0.0) {
+      damped_forces(data, arrays(positions), arrays(velocities), arrays(forces));
+    } else {
+      elastic_forces(data, arrays(positions), arrays(forces));
+    }
+  });
 }
 
 void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& material,
@@ -167,13 +147,10 @@ void add_spring_forces(const SpringStencil& stencil, const SpringMaterial& mater
 void add_step_forces(const SpringStencil& stencil, const SpringMaterial& material, const StepForces& step,
                      const Coordinates& start, const Coordinates& end, Coordinates& forces) {
   const auto add = [&](const SpringFamily& family, double stiffness) {
-    for (int color = 0; color < 2; ++color) {
-      parallel_for((family.chunks() - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t last) {
-        for (std::int64_t i = begin; i < last; ++i)
-          step_forces(chunk_data(family, stiffness, material.damping / step.h, 2 * i + color), step.weight,
-                      arrays(start), arrays(end), arrays(forces));
-      });
-    }
+    for_each_chunk(family, [&](std::span<const SpringRun> runs) {
+      step_forces(run_data(family, runs, stiffness, material.damping / step.h), step.weight, arrays(start),
+                  arrays(end), arrays(forces));
+    });
   };
   add(stencil.edges, material.edge);
   add(stencil.diagonals, material.diagonal);

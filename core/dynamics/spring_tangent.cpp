@@ -3,44 +3,35 @@
 #include <cmath>
 
 #include "core/common/wide.h"
+#include "core/dynamics/spring_runs.h"
 #include "core/parallel/cancel_scope.h"
-#include "core/parallel/parallel.h"
 
 namespace isochor {
 namespace {
-
-constexpr int block = 64;
-constexpr double tiny_length = 1e-200;
 
 struct TangentArrays {
   const double *isotropic, *wx, *wy, *wz;
 };
 
-inline void scatter(double* __restrict f, const double* __restrict force, std::int32_t a, std::int32_t b,
-                    int count) {
-  for (int t = 0; t < count; ++t) f[a + t] -= force[t];
-  for (int t = 0; t < count; ++t) f[b + t] += force[t];
-}
-
 ISOCHOR_MULTIVERSION void run_products(std::span<const SpringRun> runs, TangentArrays k, const Coordinates& p,
                                        Coordinates& out) {
   const double *px = p.x.data(), *py = p.y.data(), *pz = p.z.data();
-  double fx[block], fy[block], fz[block];
+  double fx[spring_block], fy[spring_block], fz[spring_block];
   for (const SpringRun& run : runs) {
-    for (std::int32_t begin = 0; begin < run.count; begin += block) {
-      const int count = std::min(block, run.count - begin);
+    for (std::int32_t begin = 0; begin < run.count; begin += spring_block) {
+      const int count = std::min(spring_block, run.count - begin);
       const std::int32_t a = run.a + begin, b = run.b + begin, s = run.first + begin;
       for (int t = 0; t < count; ++t) {
-        const double dx = px[b + t] - px[a + t], dy = py[b + t] - py[a + t], dz = pz[b + t] - pz[a + t];
+        const double dx = px[a + t] - px[b + t], dy = py[a + t] - py[b + t], dz = pz[a + t] - pz[b + t];
         const double wx = k.wx[s + t], wy = k.wy[s + t], wz = k.wz[s + t], i = k.isotropic[s + t];
         const double along = wx * dx + wy * dy + wz * dz;
         fx[t] = i * dx + along * wx;
         fy[t] = i * dy + along * wy;
         fz[t] = i * dz + along * wz;
       }
-      scatter(out.x.data(), fx, a, b, count);
-      scatter(out.y.data(), fy, a, b, count);
-      scatter(out.z.data(), fz, a, b, count);
+      scatter_forces(out.x.data(), fx, a, b, count);
+      scatter_forces(out.y.data(), fy, a, b, count);
+      scatter_forces(out.z.data(), fz, a, b, count);
     }
   }
 }
@@ -73,21 +64,6 @@ ISOCHOR_MULTIVERSION void run_tangents(std::span<const SpringRun> runs, const Co
       isotropic[t] = across;
       wx[t] = w * dx, wy[t] = w * dy, wz[t] = w * dz;
     }
-  }
-}
-
-std::span<const SpringRun> chunk_runs(const SpringFamily& family, std::int64_t chunk) {
-  const auto begin = family.chunk_begin[chunk], end = family.chunk_begin[chunk + 1];
-  return {family.runs.data() + begin, static_cast<std::size_t>(end - begin)};
-}
-
-/// Even chunks, then odd ones: see SpringStencil.
-template <class Work>
-void for_each_chunk(const SpringFamily& family, Work&& work) {
-  for (int color = 0; color < 2; ++color) {
-    parallel_for((family.chunks() - color + 1) / 2, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) work(chunk_runs(family, 2 * i + color));
-    });
   }
 }
 

@@ -91,13 +91,6 @@ std::string chunk(std::string content, std::string_view type, char padding) {
   return out.append(type) + content;
 }
 
-std::string plain(std::string text) {
-  for (char& c : text)
-    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e)
-      c = '?';
-  return text;
-}
-
 }  // namespace
 
 std::string write_glb(const Animation& animation) {
@@ -110,7 +103,7 @@ std::string write_glb(const Animation& animation) {
   Buffer buffer;
   Text json;
   json << "{\"asset\":{\"version\":\"2.0\",\"generator\":\"isochor\",\"extras\":{\"comment\":\""
-       << plain(animation.comment)
+       << without_escapes(animation.comment)
        << "\"}},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
        << "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":"
        << add_points(buffer, animation.rest, {})

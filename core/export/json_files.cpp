@@ -7,14 +7,6 @@
 namespace isochor {
 namespace {
 
-/// The only text in these files; what needs an escape is replaced.
-std::string plain(std::string text) {
-  for (char& c : text)
-    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e)
-      c = '?';
-  return text;
-}
-
 template <class Range, class Item>
 void array(Text& text, std::string_view name, const Range& range, const Item& item) {
   text << ",\n\"" << name << "\":[";
@@ -44,7 +36,7 @@ std::vector<std::array<std::int32_t, 2>> edges_of(const TetMesh& mesh) {
 std::vector<ExportFile> write_tet_json(const ExportModel& model) {
   const TetMesh& mesh = model.mesh;
   Text text;
-  text << "{\"comment\":\"" << plain(model.comment) << '"';
+  text << "{\"comment\":\"" << without_escapes(model.comment) << '"';
   array(text, "verts", mesh.positions, [&](const Vec3& p) { text << p.x() << ',' << p.y() << ',' << p.z(); });
   const auto indices = [&](const auto& tuple) { text.list(tuple, ',', 0); };
   array(text, "tetIds", mesh.tets, indices);
@@ -60,7 +52,7 @@ std::vector<ExportFile> write_embedding(const ExportModel& model) {
                 "choose another format");
   const Embedding& embedding = *model.embedding;
   Text text;
-  text << "{\"comment\":\"" << plain(model.comment) << "\",\n\"count\":" << embedding.tet.size();
+  text << "{\"comment\":\"" << without_escapes(model.comment) << "\",\n\"count\":" << embedding.tet.size();
   array(text, "tet", embedding.tet, [&](std::int32_t tet) { text << tet; });
   array(text, "vertices", embedding.tet,
         [&](std::int32_t tet) { (text << '[').list(model.mesh.tets[tet], ',', 0) << ']'; });

@@ -51,4 +51,12 @@ class Text {
   std::string content_;
 };
 
+/// For a value between quotes, in JSON and elsewhere: what would need an escape becomes a question mark.
+inline std::string without_escapes(std::string text) {
+  for (char& c : text)
+    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e)
+      c = '?';
+  return text;
+}
+
 }  // namespace isochor

@@ -11,14 +11,14 @@
 namespace isochor {
 namespace {
 
-constexpr std::size_t max_locations = 64;
+constexpr std::size_t max_defect_locations = 64;
 
 class DefectCounter {
  public:
   explicit DefectCounter(std::string_view name) : defect_{name, 0, {}} {}
   void add(const Vec3& location) {
     ++defect_.count;
-    if (defect_.locations.size() < max_locations) defect_.locations.push_back(location);
+    if (defect_.locations.size() < max_defect_locations) defect_.locations.push_back(location);
   }
   void move_into(std::vector<Defect>& defects) {
     if (defect_.count > 0) defects.push_back(std::move(defect_));
@@ -146,7 +146,7 @@ class Inspector {
   }
 
   void count_self_intersections(const std::vector<Triangle>& proper) {
-    SelfIntersections found = find_self_intersections(soup_.positions, proper, max_locations);
+    SelfIntersections found = find_self_intersections(soup_.positions, proper, max_defect_locations);
     const std::string_view name = found.complete ? "self_intersections" : "self_intersections_at_least";
     if (found.pairs > 0) report_.defects.push_back({name, found.pairs, std::move(found.locations)});
   }

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "core/common/types.h"
+#include "core/common/box.h"
 
 namespace isochor {
 
@@ -10,13 +10,6 @@ namespace isochor {
 struct TriangleSoup {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-};
-
-struct Box {
-  Vec3 min = Vec3::Constant(1e300), max = Vec3::Constant(-1e300);
-  void extend(const Vec3& p) { min = min.cwiseMin(p), max = max.cwiseMax(p); }
-  Vec3 size() const { return max - min; }
-  Vec3 center() const { return 0.5 * (min + max); }
 };
 
 /// Box of the vertices that triangles use.

@@ -2,7 +2,7 @@
 #include <array>
 
 #include "core/collision/manifold.h"
-#include "core/rigid/body_record.h"
+#include "core/rigid/broad_phase.h"
 #include "core/rigid/impulse_solver.h"
 
 namespace isochor {
@@ -18,6 +18,10 @@ struct RigidContact {
   double approach = 0.0;        ///< m/s at which the bodies met; 0 for a resting contact
   Vec3 impulse = Vec3::Zero();  ///< onto a in the last stage, to start the next one from
 };
+
+inline BodyPair pair_of(const RigidContact& contact) {
+  return {contact.a, contact.b};
+}
 
 RigidContact make_contact(int a, int b, const ManifoldPoint& point, const Pose& pose_a, const Pose& pose_b);
 

@@ -10,13 +10,6 @@ namespace {
 constexpr int max_meetings = 8;    // of a pair within a step
 constexpr double together = 1e-4;  // of the reach: corners that land at the same time
 
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
-BodyPair pair_of(const RigidContact& contact) {
-  return {contact.a, contact.b};
-}
-
 /// Slower impacts would come again within the step; they are the step's own business.
 double least_speed(const StepWorld& world) {
   return world.gravity.norm() * world.h;

@@ -11,10 +11,6 @@ constexpr double shift = 1e-11;                     // of the direct solve, for 
 constexpr std::int64_t envelope_limit = 2'000'000;  // entries, 16 MB
 constexpr double stick_margin = 1.0 - 1e-9;
 
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 /// The larger one; not a number stays so.
 void raise(double& largest, double value) {
   if (!(value <= largest)) largest = value;

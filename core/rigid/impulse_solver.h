@@ -46,6 +46,11 @@ struct SolverBody {
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
 };
 
+/// Of a body or a row as a place in an array.
+inline std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
 /// Impulses that meet 0 ≤ λ_n ⟂ rate_n ≥ 0, |λ_t| ≤ μλ_n against the sliding, and rate = 0 for joints.
 /// Sequential impulses [Bender & Schmitt 2006] find which contacts press and which stick; a direct solve of
 /// those equations removes the error that sequential impulses would take mass ratio × contacts sweeps for.

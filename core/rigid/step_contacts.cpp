@@ -7,12 +7,6 @@ namespace {
 
 constexpr double same_place = 0.05;  // of the reach: a contact that goes on
 
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
-BodyPair pair_of(const RigidContact& contact) {
-  return {contact.a, contact.b};
-}
 bool by_pair(const RigidContact& p, const RigidContact& q) {
   return pair_of(p) < pair_of(q);
 }

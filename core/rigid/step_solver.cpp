@@ -13,10 +13,6 @@ constexpr double slop = 1e-6;                 // metres: bodies that near touch
 constexpr double turn_a_step = 0.15, swing_a_step = 0.5;  // radians, of rotation and of phase
 constexpr int max_newton_rounds = 30, max_completions = 4;
 
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 double rate(const ConstraintRow& row, std::span<const BodyRecord> bodies) {
   const BodyRecord &a = bodies[index(row.a)], &b = bodies[index(row.b)];
   return row.impulse_on.linear.dot(a.velocity() - b.velocity()) +

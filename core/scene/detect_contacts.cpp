@@ -26,10 +26,6 @@ Box swept_bounds(const SoftBody& body) {
   return box;
 }
 
-bool overlaps(const Box& a, const Box& b) {
-  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-}
-
 /// Bounds of a shape in the world at a pose; an infinite shape has infinite ones.
 Box world_bounds(const CollisionShape& shape, const Pose& pose) {
   const Box local = shape.bounds();
@@ -63,12 +59,6 @@ Box swept_bounds(const CollisionShape& shape, const Pose& from, const Pose& to) 
   return box;
 }
 
-Box widened(Box box, double by) {
-  box.min.array() -= by;
-  box.max.array() += by;
-  return box;
-}
-
 /// One rigid body over a substep, seen from the particles of a soft one.
 class RigidSweep {
  public:
@@ -94,9 +84,9 @@ class RigidSweep {
   bool may_meet(std::int32_t i) const {
     const double reach = safety * stray * body_.cell_size;
     const Vec3 before = body_.start_positions.at(i), now = body_.positions.at(i);
-    if (!overlaps(swept_, widened({before.cwiseMin(now), before.cwiseMax(now)}, reach))) return false;
+    if (!overlaps(swept_, grown({before.cwiseMin(now), before.cwiseMax(now)}, reach))) return false;
     const Vec3 start = from_.to_local(before), end = to_.to_local(now);
-    if (!overlaps(bounds_, widened({start.cwiseMin(end), start.cwiseMax(end)}, reach))) return false;
+    if (!overlaps(bounds_, grown({start.cwiseMin(end), start.cwiseMax(end)}, reach))) return false;
     return shape_.query(end).distance <= (end - start).norm() + reach;
   }
 
@@ -228,7 +218,7 @@ bool detect_contacts(const SoftBody& body, const RigidWorld& world, double h, Co
       for (const auto i : near) found |= detect_contact(body, sweep, rigid, i, contacts);
       continue;
     }
-    if (!particles) particles = widened(swept_bounds(body), first ? safety * stray * body.cell_size : 0.0);
+    if (!particles) particles = grown(swept_bounds(body), first ? safety * stray * body.cell_size : 0.0);
     if (!sweep.may_meet(*particles)) continue;
     for (const auto i : body.surface_particles) {
       if (first && !sweep.massive()) {

@@ -32,13 +32,6 @@ std::string_view media_type(const fs::path& file) {
   return {};
 }
 
-std::string read_all(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return std::move(out).str();
-}
-
 std::string gzip(const std::string& text) {
   z_stream stream{};
   if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) return {};
@@ -79,6 +72,13 @@ bool accepts_gzip(const Request& request) {
 }
 
 }  // namespace
+
+std::string read_all(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return std::move(out).str();
+}
 
 Assets::Assets(const fs::path& web_folder, const std::string& token) {
   if (web_folder.empty()) return;

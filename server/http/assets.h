@@ -8,6 +8,9 @@
 
 namespace isochor {
 
+/// A file's bytes; none where it cannot be read.
+std::string read_all(const std::filesystem::path& file);
+
 /// The page's files, read once at the start: no path from a request ever reaches the file system.
 class Assets {
  public:

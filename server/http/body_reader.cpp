@@ -10,8 +10,6 @@
 namespace isochor {
 namespace {
 
-constexpr std::uint64_t waker_id = 0;
-
 Refusal gives_way(const BodyLimits& limits) {
   return {503, "busy",
           fmt::format("more than {} MiB, or {} bodies, are being sent at once: the oldest gave way",
@@ -23,7 +21,7 @@ Refusal gives_way(const BodyLimits& limits) {
 
 BodyReader::BodyReader(const Service& service, std::shared_ptr<Waker> front, const BodyLimits& limits)
     : service_(service), front_(std::move(front)), limits_(limits) {
-  senders_.watch(waker_.descriptor(), Waker::epoll_events, waker_id);
+  senders_.watch(waker_.descriptor(), Waker::epoll_events, Waker::epoll_id);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -51,7 +49,7 @@ void BodyReader::turn() {
   const auto now = Clock::now();
   bool woken = false;
   for (const epoll_event& event : ready) {
-    if (event.data.u64 == waker_id)
+    if (event.data.u64 == Waker::epoll_id)
       woken = true;
     else if (ConnectionSet::Entry* entry = senders_.find(event.data.u64))
       read(*entry, now);

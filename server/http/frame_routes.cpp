@@ -24,8 +24,8 @@ Response get_topology(Api& api, const Request& request) {
 }
 
 Encoding encoding_of(const Request& request) {
-  constexpr std::array encodings{Encoding::f32, Encoding::f64, Encoding::array};
-  return encodings[query_choice(request, "encoding", {"f32", "f64", "array"}, 0)];
+  constexpr std::array choices{Encoding::f32, Encoding::f64, Encoding::array};
+  return choices[query_choice(request, "encoding", {"f32", "f64", "array"}, 0)];
 }
 
 constexpr std::int64_t max_seq = std::int64_t{1} << 53;

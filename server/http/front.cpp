@@ -15,7 +15,7 @@
 namespace isochor {
 namespace {
 
-constexpr std::uint64_t listener_id = 0, waker_id = 1;
+constexpr std::uint64_t listener_id = 1;
 
 }  // namespace
 
@@ -35,7 +35,7 @@ Front::Front(Listener& listener, const Service& service, Workers& workers, std::
       answers_(std::make_shared<Answers>()) {
   std::signal(SIGPIPE, SIG_IGN);  // sendfile(2) knows no MSG_NOSIGNAL
   connections_.watch(listener_.descriptor(), EPOLLIN, listener_id);
-  connections_.watch(waker_->descriptor(), Waker::epoll_events, waker_id);
+  connections_.watch(waker_->descriptor(), Waker::epoll_events, Waker::epoll_id);
 }
 
 void Front::stop() {
@@ -71,7 +71,7 @@ void Front::turn() {
   for (const epoll_event& event : ready) {
     if (event.data.u64 == listener_id)
       accept_all(now);
-    else if (event.data.u64 == waker_id)
+    else if (event.data.u64 == Waker::epoll_id)
       woken = true;
     else if (ConnectionSet::Entry* entry = connections_.find(event.data.u64))
       handle(*entry, event.events, now);

@@ -63,7 +63,7 @@ class Front {
   std::shared_ptr<Waker> waker_;
   FrontLimits limits_;
   std::atomic<bool> stop_{false};
-  std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the listener and the waker
+  std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the waker and the listener
   ConnectionSet connections_;
   std::size_t buffered_ = 0;  ///< at most so many since the last sweep
   StreamWriter streams_;

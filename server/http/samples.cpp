@@ -1,22 +1,14 @@
 #include "server/http/samples.h"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
+#include "server/http/assets.h"
 #include "server/messages/request_messages.h"
 
 namespace isochor {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read_all(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return std::move(out).str();
-}
 
 std::vector<Samples::Sample> read_index(const fs::path& folder, const Json& rows) {
   std::vector<Samples::Sample> samples;

@@ -3,14 +3,9 @@
 #include <utility>
 
 namespace isochor {
-namespace {
-
-constexpr std::uint64_t waker_id = 0;
-
-}  // namespace
 
 StreamWriter::StreamWriter(std::shared_ptr<Waker> waker) : waker_(std::move(waker)) {
-  streams_.watch(waker_->descriptor(), Waker::epoll_events, waker_id);
+  streams_.watch(waker_->descriptor(), Waker::epoll_events, Waker::epoll_id);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -46,7 +41,7 @@ void StreamWriter::turn() {
   const auto now = Clock::now();
   bool woken = false;
   for (const epoll_event& event : ready) {
-    if (event.data.u64 == waker_id) {
+    if (event.data.u64 == Waker::epoll_id) {
       woken = true;
     } else if (ConnectionSet::Entry* entry = streams_.find(event.data.u64)) {
       streams_.with(*entry, [&](Connection& stream) {

@@ -7,10 +7,6 @@
 namespace isochor {
 namespace {
 
-Json vec3_json(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 Json embedded_or_null(const std::string& text) {
   return text.empty() ? Json() : Json::parse(text);
 }

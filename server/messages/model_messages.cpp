@@ -15,10 +15,6 @@ Json value_json(const ParameterValue& value) {
   return std::visit([](const auto& v) { return Json(v); }, value);
 }
 
-Json vec3_json(const Vec3& v) {
-  return Json::array({v.x(), v.y(), v.z()});
-}
-
 /// Bounds of whole numbers are written without a fraction.
 Json bound_json(const Parameter& row, double bound) {
   if (row.type == Parameter::Type::integer) return static_cast<std::int64_t>(bound);

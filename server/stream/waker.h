@@ -18,6 +18,7 @@ class Waker {
   int descriptor() const { return descriptor_; }
   /// Edge-triggered: each epoll that watches it is told of each wake, and nobody has to clear it.
   static constexpr std::uint32_t epoll_events = EPOLLIN | EPOLLET;
+  static constexpr std::uint64_t epoll_id = 0;  ///< in each epoll; connections have others
 
  private:
   int descriptor_;
