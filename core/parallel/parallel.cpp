@@ -191,8 +191,10 @@ ThreadPool& pool() {
 }
 std::atomic<int> wanted_threads{0};
 
+/// Asked once: the C library reads a file for the answer, which takes as long as a small region.
 int cores() {
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  static const int count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return count;
 }
 
 }  // namespace
