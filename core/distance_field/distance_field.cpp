@@ -8,7 +8,7 @@
 #include <new>
 
 #include "core/common/error.h"
-#include "core/common/huge_array.h"
+#include "core/common/huge_vector.h"
 #include "core/distance_field/block_kernel.h"
 #include "core/distance_field/features.h"
 #include "core/distance_field/fill.h"

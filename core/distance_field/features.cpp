@@ -23,7 +23,7 @@ void for_all(std::size_t count, Body&& body) {
 
 /// The tile of a feature; neutral before its first lane is made.
 template <class Tile>
-Tile& tile_of(HugeArray<Tile>& tiles, std::size_t number) {
+Tile& tile_of(HugeVector<Tile>& tiles, std::size_t number) {
   Tile& tile = tiles[number / tile_lanes];
   if (number % tile_lanes == 0) tile = Tile{};
   return tile;
@@ -77,9 +77,9 @@ class FeatureBuilder {
     number_vertices_and_faces();
     find_first_half_edges();
     number_edges();
-    features_.vertices = HugeArray<VertexTile>(vertex_of_.size() / tile_lanes);
-    features_.edges = HugeArray<EdgeTile>(edge_of_.size() / tile_lanes);
-    features_.faces = HugeArray<FaceTile>(face_of_.size() / tile_lanes);
+    features_.vertices = HugeVector<VertexTile>(vertex_of_.size() / tile_lanes);
+    features_.edges = HugeVector<EdgeTile>(edge_of_.size() / tile_lanes);
+    features_.faces = HugeVector<FaceTile>(face_of_.size() / tile_lanes);
     for_all(face_of_.size(), [&](std::size_t f) { make_face(f); });
     for_all(edge_of_.size(), [&](std::size_t e) { make_edge(e); });
     for_all(vertex_of_.size(), [&](std::size_t v) { make_vertex(v); });
@@ -179,12 +179,12 @@ class FeatureBuilder {
     };
     for (std::size_t h = 0; h < count; ++h) ++begin[ends(h).first + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    HugeArray<Entry> entries(count);
+    HugeVector<Entry> entries(count);
     for (std::size_t h = count; h-- > 0;) {
       const auto [low, high] = ends(h);
       entries[--begin[low + 1]] = {high, static_cast<std::int32_t>(h)};
     }
-    first_half_edge_ = HugeArray<std::int32_t>(count);
+    first_half_edge_ = HugeVector<std::int32_t>(count);
     for_all(vertex_of_.size(), [&](std::size_t v) {
       const auto first = entries.begin() + begin[v + 1];
       const auto last = v + 2 < begin.size() ? entries.begin() + begin[v + 2] : entries.end();
@@ -197,7 +197,7 @@ class FeatureBuilder {
   }
 
   void number_edges() {
-    HugeArray<std::int32_t>& edge_of_half_edge = first_half_edge_;  // each is read before it is replaced
+    HugeVector<std::int32_t>& edge_of_half_edge = first_half_edge_;  // each is read before it is replaced
     for (std::size_t h = 0; h < edge_of_half_edge.size(); ++h) {
       if (h % (3 * triangles_per_cluster) == 0) {
         fill_tile(edge_of_, EdgeSource{});
@@ -336,7 +336,7 @@ class FeatureBuilder {
   std::vector<Triangle> triangles_;              ///< in Morton order
   std::vector<std::int32_t> number_;             ///< vertex → lane
   std::vector<std::int32_t> face_;               ///< triangle → lane, −1 when flat
-  HugeArray<std::int32_t> first_half_edge_;      ///< 3·triangle + side
+  HugeVector<std::int32_t> first_half_edge_;     ///< 3·triangle + side
   std::vector<std::int32_t> face_of_, corners_;  ///< lane → triangle; of one cluster
   std::vector<EdgeSource> edge_of_;
   std::vector<VertexSource> vertex_of_;

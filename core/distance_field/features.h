@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/common/huge_array.h"
+#include "core/common/huge_vector.h"
 #include "core/distance_field/feature_tiles.h"
 #include "core/mesh_input/triangle_soup.h"
 
@@ -13,9 +13,9 @@ namespace isochor {
 /// triangles stand in Morton order, and 16 of them in a row form a cluster; a feature belongs to the cluster
 /// of the first triangle that has it.
 struct Features {
-  HugeArray<VertexTile> vertices;
-  HugeArray<EdgeTile> edges;
-  HugeArray<FaceTile> faces;
+  HugeVector<VertexTile> vertices;
+  HugeVector<EdgeTile> edges;
+  HugeVector<FaceTile> faces;
   std::vector<CornerTile> corners;
   std::vector<Cluster> clusters;                       ///< and one more, which ends the last
   std::array<std::vector<float>, 3> box_min, box_max;  ///< of the clusters' triangles

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/common/huge_array.h"
+#include "core/common/huge_vector.h"
 #include "core/common/progress.h"
 #include "core/distance_field/distance_field.h"
 #include "core/pseudo_volume/bit_volume.h"

@@ -6,14 +6,9 @@
 #include <numeric>
 
 namespace isochor {
-namespace {
-
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
 
 Spread spread_of(std::vector<double> values) {
-  if (values.empty()) return {nothing, nothing, nothing};
+  if (values.empty()) return {not_measured, not_measured, not_measured};
   std::ranges::sort(values);
   const std::size_t half = values.size() / 2;
   const double median = values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
@@ -21,7 +16,7 @@ Spread spread_of(std::vector<double> values) {
 }
 
 double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return nothing;
+  if (values.empty()) return not_measured;
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
   const auto place =
       values.begin() + static_cast<std::ptrdiff_t>(std::clamp<std::size_t>(rank, 1, values.size()) - 1);

@@ -1,9 +1,13 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
 
 namespace isochor {
+
+/// Stands where there is no value; null in JSON.
+inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 
 /// Median and extremes of repeated measurements; not a number when there are none.
 struct Spread {

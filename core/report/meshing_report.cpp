@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 #include "core/pipeline/shortfall.h"
 #include "core/report/pace.h"
@@ -21,15 +20,14 @@ std::vector<int> distinct(std::vector<int> rising) {
   return rising;
 }
 
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-constexpr QualitySummary unmeasured{.volume = nothing,
-                                    .min_dihedral_deg = nothing,
-                                    .min_scaled_jacobian = nothing,
-                                    .coverage = nothing,
-                                    .boundary_to_input = nothing,
-                                    .boundary_beyond = nothing,
-                                    .input_to_boundary = nothing,
-                                    .to_pseudo_volume = {nothing, nothing}};
+constexpr QualitySummary unmeasured{.volume = not_measured,
+                                    .min_dihedral_deg = not_measured,
+                                    .min_scaled_jacobian = not_measured,
+                                    .coverage = not_measured,
+                                    .boundary_to_input = not_measured,
+                                    .boundary_beyond = not_measured,
+                                    .input_to_boundary = not_measured,
+                                    .to_pseudo_volume = {not_measured, not_measured}};
 
 /// Everything that the points of one report share.
 struct Study {

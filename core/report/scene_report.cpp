@@ -327,8 +327,7 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
     if (error.code() == ErrorCode::cancelled) throw;
     point.outcome = Outcome::failed;
     point.reason = error.what();
-    for (const SceneErrorField& field : scene_error_fields())
-      point.errors.*field.value = std::numeric_limits<double>::quiet_NaN();
+    for (const SceneErrorField& field : scene_error_fields()) point.errors.*field.value = not_measured;
   }
   study.pace.leave_out(cost_place(settings));
   add_times(frame_ms, point);

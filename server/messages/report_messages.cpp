@@ -59,7 +59,7 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 double number_from(const Json& json) {
-  return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  return json.is_number() ? json.get<double>() : not_measured;
 }
 
 std::string now_utc() {
@@ -212,8 +212,7 @@ Json fronts(const Json& fields, const Json& points) {
     std::vector<double> cost, error;
     for (const Json& point : points) {
       const bool usable = point.at("outcome") == "converged" || point.at("outcome") == "infeasible";
-      cost.push_back(usable ? number_from(point.at("ms_per_step").at("median"))
-                            : std::numeric_limits<double>::quiet_NaN());
+      cost.push_back(usable ? number_from(point.at("ms_per_step").at("median")) : not_measured);
       error.push_back(number_from(point.at("errors").at(name)));
     }
     result[name] = pareto_front(cost, error);
