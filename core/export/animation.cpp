@@ -65,7 +65,9 @@ std::vector<ExportFile> write_vtu_series(const TetMesh& mesh, std::span<const st
     const std::string suffix = fmt::format("_{:06d}.vtu", i);
     list << "<DataSet timestep=\"" << static_cast<double>(i) / frame_rate << "\" part=\"0\" file=\"" << stem
          << suffix << "\"/>\n";
-    files.push_back({suffix, vtu_text(mesh, frames[i], comment)});
+    Text frame;
+    write_vtu_text(frame, mesh, frames[i], comment);
+    files.push_back({suffix, frame.take()});
   }
   list << "</Collection>\n</VTKFile>\n";
   files.front() = {".pvd", list.take()};

@@ -17,6 +17,7 @@ struct ExportFormat {
   std::string_view media_type;
   std::string_view consumers;    ///< "Gmsh, SOFA, DART"
   std::string_view conventions;  ///< index base, winding, units: one sentence
+  bool is_set = false;           ///< of several files
 };
 std::span<const ExportFormat> export_formats();
 
@@ -43,6 +44,16 @@ struct ExportModel {
 /// The same bytes for the same model. Throws invalid_argument when the format needs an embedding and there
 /// is none.
 std::vector<ExportFile> export_model(const ExportModel& model, const ExportFormat& format);
+
+/// Takes the files of a set one after another, each a piece at a time.
+class ExportSink {
+ public:
+  virtual ~ExportSink() = default;
+  virtual void begin(std::string_view name_suffix) = 0;
+  virtual void write(std::string_view bytes) = 0;
+};
+/// The same without holding a file in memory.
+void export_model(const ExportModel& model, const ExportFormat& format, ExportSink& sink);
 
 /// Where the files of a set go: a single one to the target itself, several to its stem and their suffixes.
 std::vector<std::filesystem::path> export_paths(const std::filesystem::path& target,

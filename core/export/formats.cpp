@@ -22,7 +22,8 @@ constexpr std::array rows{
         write_msh2},
     Row{{"msh4", ".msh", "application/vnd.gmsh", "MuJoCo flexcomp",
          "Gmsh 4.1 ASCII with one node block and one element block, tags 1..N in order; with a <flexcomp> "
-         "snippet as .xml."},
+         "snippet as .xml.",
+         true},
         write_msh4},
     Row{{"vtu", ".vtu", "application/vnd.vtk.vtu", "ParaView, PyVista, FEM codes",
          "VTK XML unstructured grid, indices from 0; cell data: lattice cell, volume, dihedral angle, scaled "
@@ -32,7 +33,7 @@ constexpr std::array rows{
          "Legacy VTK 3.0 ASCII unstructured grid, indices from 0."},
         write_vtk},
     Row{{"tetgen", ".node", "text/x-tetgen", "TetGen, PositionBasedDynamics, Bullet",
-         "A set of .node, .ele and .face; indices from 0, faces outward."},
+         "A set of .node, .ele and .face; indices from 0, faces outward.", true},
         write_tetgen},
     Row{{"medit", ".mesh", "text/x-medit", "fTetWild, libigl, Mmg",
          "MEDIT version 2 (double precision); indices from 1, boundary triangles outward."},
@@ -64,6 +65,12 @@ constexpr auto formats = [] {
   std::ranges::transform(rows, list.begin(), &Row::format);
   return list;
 }();
+
+struct Collector final : ExportSink {
+  std::vector<ExportFile> files;
+  void begin(std::string_view name_suffix) override { files.push_back({std::string(name_suffix), {}}); }
+  void write(std::string_view bytes) override { files.back().content += bytes; }
+};
 
 std::string lower(std::string_view text) {
   std::string result(text);
@@ -99,11 +106,19 @@ const ExportFormat& export_format_of(const std::filesystem::path& file) {
   return export_format(extension);
 }
 
-std::vector<ExportFile> export_model(const ExportModel& model, const ExportFormat& format) {
+void export_model(const ExportModel& model, const ExportFormat& format, ExportSink& sink) {
   const auto row = std::ranges::find(rows, format.name, [](const Row& r) { return r.format.name; });
   if (row == rows.end())
     throw Error(ErrorCode::unsupported_format, fmt::format("no export format \"{}\"", format.name));
-  return row->write(model);
+  ExportTexts files(sink);
+  row->write(model, files);
+  files.finish();
+}
+
+std::vector<ExportFile> export_model(const ExportModel& model, const ExportFormat& format) {
+  Collector collector;
+  export_model(model, format, collector);
+  return std::move(collector.files);
 }
 
 std::vector<std::filesystem::path> export_paths(const std::filesystem::path& target,

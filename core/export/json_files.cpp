@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "core/common/error.h"
-#include "core/export/text.h"
 #include "core/export/writers.h"
 
 namespace isochor {
@@ -33,9 +32,9 @@ std::vector<std::array<std::int32_t, 2>> edges_of(const TetMesh& mesh) {
 
 }  // namespace
 
-std::vector<ExportFile> write_tet_json(const ExportModel& model) {
+void write_tet_json(const ExportModel& model, ExportTexts& files) {
   const TetMesh& mesh = model.mesh;
-  Text text;
+  Text& text = files.begin(".json");
   text << "{\"comment\":\"" << without_escapes(model.comment) << '"';
   array(text, "verts", mesh.positions, [&](const Vec3& p) { text << p.x() << ',' << p.y() << ',' << p.z(); });
   const auto indices = [&](const auto& tuple) { text.list(tuple, ',', 0); };
@@ -43,15 +42,14 @@ std::vector<ExportFile> write_tet_json(const ExportModel& model) {
   array(text, "tetEdgeIds", edges_of(mesh), indices);
   array(text, "tetSurfaceTriIds", mesh.surface, indices);
   text << "}\n";
-  return {{".json", text.take()}};
 }
 
-std::vector<ExportFile> write_embedding(const ExportModel& model) {
+void write_embedding(const ExportModel& model, ExportTexts& files) {
   if (!model.embedding)
     throw Error(ErrorCode::invalid_argument, "the format \"embedding\" needs a model made from a mesh",
                 "choose another format");
   const Embedding& embedding = *model.embedding;
-  Text text;
+  Text& text = files.begin(".embedding.json");
   text << "{\"comment\":\"" << without_escapes(model.comment) << "\",\n\"count\":" << embedding.tet.size();
   array(text, "tet", embedding.tet, [&](std::int32_t tet) { text << tet; });
   array(text, "vertices", embedding.tet,
@@ -60,7 +58,6 @@ std::vector<ExportFile> write_embedding(const ExportModel& model) {
     text << '[' << w[0] << ',' << w[1] << ',' << w[2] << ',' << w[3] << ']';
   });
   text << "}\n";
-  return {{".embedding.json", text.take()}};
 }
 
 }  // namespace isochor

@@ -4,17 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "core/export/text.h"
 #include "core/export/writers.h"
 
 namespace isochor {
 namespace {
 
 // flexcomp accepts one node block and one element block of entity dimension 3, tags 1..N in order.
-std::string mesh_file(const ExportModel& model) {
+void mesh_file(Text& text, const ExportModel& model) {
   const TetMesh& mesh = model.mesh;
   const std::size_t nodes = mesh.positions.size(), tets = mesh.tets.size();
-  Text text;
   text << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n";
   text << "1 " << nodes << " 1 " << nodes << "\n3 1 0 " << nodes << '\n';
   for (std::size_t i = 1; i <= nodes; ++i) text << i << '\n';
@@ -22,7 +20,6 @@ std::string mesh_file(const ExportModel& model) {
   text << "$EndNodes\n$Elements\n1 " << tets << " 1 " << tets << "\n3 1 4 " << tets << '\n';
   for (std::size_t t = 0; t < tets; ++t) (text << t + 1 << ' ').list(mesh.tets[t], ' ', 1) << '\n';
   text << "$EndElements\n$Comments\n" << model.comment << "\n$EndComments\n";
-  return text.take();
 }
 
 /// XML comments must not hold two hyphens in a row.
@@ -94,8 +91,9 @@ std::string snippet(const ExportModel& model) {
 
 }  // namespace
 
-std::vector<ExportFile> write_msh4(const ExportModel& model) {
-  return {{".msh", mesh_file(model)}, {".xml", snippet(model)}};
+void write_msh4(const ExportModel& model, ExportTexts& files) {
+  mesh_file(files.begin(".msh"), model);
+  files.begin(".xml") << snippet(model);
 }
 
 }  // namespace isochor

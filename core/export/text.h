@@ -4,30 +4,36 @@
 #include <concepts>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "core/common/text_sink.h"
 #include "core/common/types.h"
 
 namespace isochor {
 
 /// Text of a file under construction. Numbers are the shortest that read back the same bits, whatever the
-/// locale, so volumes survive and the same model gives the same bytes.
+/// locale, so volumes survive and the same model gives the same bytes. It is kept for take(), or goes to a
+/// sink a piece at a time, the last one by pass_on().
 class Text {
  public:
+  Text() = default;
+  explicit Text(TextSink sink) : sink_(std::move(sink)), most_kept_(text_piece_bytes) {}
+
   Text& operator<<(std::string_view text) {
     content_ += text;
-    return *this;
+    return grown();
   }
   Text& operator<<(const char* text) { return *this << std::string_view(text); }
   Text& operator<<(char character) {
     content_ += character;
-    return *this;
+    return grown();
   }
   template <class Number>
   requires(std::integral<Number> || std::floating_point<Number>) Text& operator<<(Number number) {
     std::array<char, 32> digits;
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
     content_.append(digits.data(), static_cast<std::size_t>(end - digits.data()));
-    return *this;
+    return grown();
   }
   Text& operator<<(const Vec3& v) { return *this << v.x() << ' ' << v.y() << ' ' << v.z(); }
   /// Indices separated by spaces.
@@ -44,11 +50,22 @@ class Text {
     return *this;
   }
 
-  void reserve(std::size_t bytes) { content_.reserve(bytes); }
   std::string take() { return std::move(content_); }
+  void pass_on() {
+    if (content_.empty()) return;
+    sink_(content_);
+    content_.clear();
+  }
 
  private:
+  Text& grown() {
+    if (content_.size() >= most_kept_) pass_on();
+    return *this;
+  }
+
   std::string content_;
+  TextSink sink_;
+  std::size_t most_kept_ = std::string::npos;
 };
 
 /// For a value between quotes, in JSON and elsewhere: what would need an escape becomes a question mark.

@@ -1,4 +1,3 @@
-#include "core/export/text.h"
 #include "core/export/writers.h"
 #include "core/mesh_input/triangle_soup.h"
 
@@ -60,15 +59,14 @@ void companion_mesh(Text& text, const TetMesh& mesh) {
 
 }  // namespace
 
-std::vector<ExportFile> write_usda(const ExportModel& model) {
-  Text text;
+void write_usda(const ExportModel& model, ExportTexts& files) {
+  Text& text = files.begin(".usda");
   text << "#usda 1.0\n# " << model.comment
        << "\n(\n    defaultPrim = \"model\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
        << "def Xform \"model\"\n{\n";
   tet_mesh(text, model.mesh);
   companion_mesh(text, model.mesh);
   text << "}\n";
-  return {{".usda", text.take()}};
 }
 
 }  // namespace isochor

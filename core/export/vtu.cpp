@@ -1,6 +1,5 @@
 #include "core/export/vtu.h"
 
-#include "core/export/text.h"
 #include "core/export/writers.h"
 #include "core/quality/quality.h"
 
@@ -44,9 +43,9 @@ std::string comment_text(std::string text) {
 
 }  // namespace
 
-std::string vtu_text(const TetMesh& mesh, std::span<const Vec3> positions, const std::string& comment) {
+void write_vtu_text(Text& text, const TetMesh& mesh, std::span<const Vec3> positions,
+                    const std::string& comment) {
   const std::size_t count = mesh.tets.size();
-  Text text;
   text << "<?xml version=\"1.0\"?>\n<!-- " << comment_text(comment) << " -->\n"
        << "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
           "header_type=\"UInt64\">\n<UnstructuredGrid>\n"
@@ -61,11 +60,10 @@ std::string vtu_text(const TetMesh& mesh, std::span<const Vec3> positions, const
   text << "</Cells>\n";
   cell_data(text, mesh, positions);
   text << "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
-  return text.take();
 }
 
-std::vector<ExportFile> write_vtu(const ExportModel& model) {
-  return {{".vtu", vtu_text(model.mesh, model.mesh.positions, model.comment)}};
+void write_vtu(const ExportModel& model, ExportTexts& files) {
+  write_vtu_text(files.begin(".vtu"), model.mesh, model.mesh.positions, model.comment);
 }
 
 }  // namespace isochor

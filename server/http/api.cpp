@@ -55,13 +55,18 @@ Api::Api(Samples samples_, std::shared_ptr<Waker> waker_, std::int64_t memory_li
       jobs(job_threads, [wake = waker] { wake->wake(); }) {}
 
 Response shared_answer(Api& api, const std::string& key, const std::string& etag,
-                       const std::function<std::string()>& encode) {
+                       const std::function<void(const TextSink&)>& encode) {
   const auto answer = api.texts.get(key, [&] {
-    std::string text = encode();
-    std::string tag = etag.empty() ? content_id("t", text) : etag;
-    return TaggedAnswer{std::move(tag), LargeAnswer(std::move(text), api.disposal)};
+    TaggedAnswer made{etag, LargeAnswer(api.disposal)};
+    ContentHash hash;
+    encode([&](std::string_view piece) {
+      if (etag.empty()) hash.add(piece);
+      made.content.append(piece);
+    });
+    if (etag.empty()) made.etag = hash.id("t");
+    return made;
   });
-  Response response = respond_with({answer, &answer->content});
+  Response response = answer->content.respond(answer);
   response.headers.emplace_back("ETag", '"' + answer->etag + '"');
   return response;
 }

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/common/text_sink.h"
 #include "server/http/large_answer.h"
 #include "server/http/router.h"
 #include "server/http/samples.h"
@@ -81,7 +82,7 @@ std::shared_ptr<const HelloFacts> prepared(const SimulationRunner& runner);
 /// A large answer, made once for those who read it at the same time. Without an etag that of its content is
 /// taken.
 Response shared_answer(Api& api, const std::string& key, const std::string& etag,
-                       const std::function<std::string()>& encode);
+                       const std::function<void(const TextSink&)>& encode);
 
 /// Answers once the job has ended, or after the wait, then with unfinished_status.
 Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status);

@@ -20,7 +20,8 @@ Response get_topology(Api& api, const Request& request) {
   const auto facts = prepared(*runner);
   const std::string& id = request.segment("id");
   // Its id would not do for a tag: another launch has another simulation of this id.
-  return shared_answer(api, id + "/topology", "", [&] { return encode_topology(id, facts->bodies); });
+  return shared_answer(api, id + "/topology", "",
+                       [&](const TextSink& sink) { encode_topology(id, facts->bodies, sink); });
 }
 
 Encoding encoding_of(const Request& request) {
@@ -72,7 +73,7 @@ Response get_frame(Api& api, const Request& request) {
   const Encoding encoding = encoding_of(request);
   const std::string key = fmt::format("{}/frames/{}/{}/{}", request.segment("id"), status.epoch, *seq,
                                       static_cast<int>(encoding));
-  return shared_answer(api, key, "", [&] { return encode_frame(*frame, encoding); });
+  return shared_answer(api, key, "", [&](const TextSink& sink) { sink(encode_frame(*frame, encoding)); });
 }
 
 constexpr std::string_view encoding_schema = R"({"enum":["f32","f64","array"],"default":"f32"})";

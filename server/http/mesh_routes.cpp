@@ -74,7 +74,7 @@ Response geometry(Api& api, const Request& request) {
   const auto mesh = api.catalog.mesh(request.segment("id"));
   const Precision precision = query_precision(request);
   return shared_answer(api, mesh->id + (precision == Precision::f64 ? "/geometry64" : "/geometry"), mesh->id,
-                       [&] { return encode_geometry(*mesh, precision); });
+                       [&](const TextSink& sink) { encode_geometry(*mesh, precision, sink); });
 }
 
 const std::vector<QuerySpec> upload_query{

@@ -48,9 +48,9 @@ Response get_model(Api& api, const Request& request) {
 
 /// A large answer of a model, shared by those who read it at the same time.
 Response bulk(Api& api, const Request& request, const std::string& what,
-              const std::function<std::string(const StoredModel&)>& encode) {
+              const std::function<void(const StoredModel&, const TextSink&)>& encode) {
   const auto model = api.catalog.model(request.segment("id"));
-  return shared_answer(api, model->id + what, model->id, [&] { return encode(*model); });
+  return shared_answer(api, model->id + what, model->id, [&](const TextSink& sink) { encode(*model, sink); });
 }
 
 Response get_ray(Api& api, const Request& request) {
@@ -62,19 +62,41 @@ Response get_ray(Api& api, const Request& request) {
   return Response::json(encode_ray(*model, query_vector(request, "point"), steps));
 }
 
-/// One file as it is; a set of several as one archive, or one of them by its suffix.
-DownloadFile download_of(const std::string& stem, const ExportFormat& format, std::vector<ExportFile> files,
-                         const std::string* suffix, Disposal& disposal) {
-  if (suffix) {
-    std::erase_if(files, [&](const ExportFile& file) { return file.name_suffix != *suffix; });
-    if (files.empty()) refuse(404, "not_found", "the set has no file with this suffix", "");
+/// Takes one file of a set by its suffix.
+class FileOfSet final : public ExportSink {
+ public:
+  FileOfSet(std::string_view suffix, LargeAnswer& out) : suffix_(suffix), out_(out) {}
+  void begin(std::string_view name_suffix) override {
+    wanted_ = name_suffix == suffix_;
+    found = found || wanted_;
   }
-  if (files.size() == 1)
-    return {stem + files.front().name_suffix, std::string(format.media_type),
-            LargeAnswer(std::move(files.front().content), disposal)};
-  for (ExportFile& file : files) file.name_suffix = stem + file.name_suffix;
-  return {fmt::format("{}-{}.tar", stem, format.name), "application/x-tar",
-          LargeAnswer(make_tar(files), disposal)};
+  void write(std::string_view bytes) override {
+    if (wanted_) out_.append(bytes);
+  }
+  bool found = false;
+
+ private:
+  std::string_view suffix_;
+  LargeAnswer& out_;
+  bool wanted_ = false;
+};
+
+DownloadFile one_file(const ExportModel& model, const ExportFormat& format, std::string_view suffix,
+                      Disposal& disposal) {
+  DownloadFile made{model.stem + std::string(suffix), std::string(format.media_type), LargeAnswer(disposal)};
+  FileOfSet file(suffix, made.content);
+  export_model(model, format, file);
+  if (!file.found) refuse(404, "not_found", "the set has no file with this suffix", "");
+  return made;
+}
+
+DownloadFile archive(const ExportModel& model, const ExportFormat& format, Disposal& disposal) {
+  DownloadFile made{fmt::format("{}-{}.tar", model.stem, format.name), "application/x-tar",
+                    LargeAnswer(disposal)};
+  TarWriter tar(model.stem, made.content);
+  export_model(model, format, tar);
+  tar.finish();
+  return made;
 }
 
 /// File name characters that every system takes.
@@ -100,9 +122,11 @@ Response get_export(Api& api, const Request& request) {
                                    .embedding = model.embedding.get(),
                                    .comment = describe(model.options),
                                    .stem = stem_of(name)};
-        return download_of(exported.stem, format, export_model(exported, format), suffix, api.disposal);
+        return suffix || !format.is_set
+                   ? one_file(exported, format, suffix ? *suffix : format.extension, api.disposal)
+                   : archive(exported, format, api.disposal);
       });
-  Response response = respond_with({download, &download->content});
+  Response response = download->content.respond(download);
   response.content_type = download->content_type;
   response.headers.emplace_back("Content-Disposition",
                                 fmt::format("attachment; filename=\"{}\"", download->name));
@@ -158,7 +182,9 @@ std::vector<Route> model_routes(Api& api) {
              const bool smoothed = query_boolean(r, "smoothed", true);
              const Precision precision = query_precision(r);
              return bulk(api, r, fmt::format("/tets/{}/{}", smoothed, precision == Precision::f64),
-                         [&](const StoredModel& model) { return encode_tets(model, smoothed, precision); });
+                         [&](const StoredModel& model, const TextSink& sink) {
+                           encode_tets(model, smoothed, precision, sink);
+                         });
            },
        .answers = {{200, "Tets"}},
        .query = {{"smoothed", R"({"type":"boolean","default":true})", "false: as cut from the lattice"},
@@ -176,8 +202,9 @@ std::vector<Route> model_routes(Api& api) {
        .handler =
            [&](const Request& r) {
              const bool shell = query_boolean(r, "shell", true);
-             return bulk(api, r, shell ? "/shell" : "/voxels",
-                         [&](const StoredModel& model) { return encode_voxels(model, shell); });
+             return bulk(
+                 api, r, shell ? "/shell" : "/voxels",
+                 [&](const StoredModel& model, const TextSink& sink) { encode_voxels(model, shell, sink); });
            },
        .answers = {{200, "Voxels"}},
        .query = {{"shell", R"({"type":"boolean","default":true})", "false: also those within"}}},

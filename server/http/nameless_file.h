@@ -17,6 +17,7 @@ class NamelessFile {
   NamelessFile& operator=(const NamelessFile&) = delete;
 
   void append(std::string_view bytes);
+  void overwrite(std::size_t offset, std::string_view bytes);  ///< within its size
   std::size_t size() const { return size_; }
   /// All of it; it stays while the file lives.
   std::string_view map();

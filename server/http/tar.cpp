@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
-
 namespace isochor {
 namespace {
 
@@ -30,15 +28,23 @@ std::string tar_header(const std::string& name, std::size_t size) {
 
 }  // namespace
 
-std::string make_tar(const std::vector<ExportFile>& files) {
-  std::string tar;
-  for (const ExportFile& file : files) {
-    tar += tar_header(file.name_suffix, file.content.size());
-    tar += file.content;
-    tar.resize((tar.size() + block - 1) / block * block, '\0');
-  }
-  tar.resize(tar.size() + 2 * block, '\0');
-  return tar;
+void TarWriter::begin(std::string_view name_suffix) {
+  end_file();
+  name_ = stem_ + std::string(name_suffix);
+  start_ = out_.size();
+  out_.append(std::string(block, '\0'));  // its size is not known yet
+}
+
+void TarWriter::end_file() {
+  if (name_.empty()) return;
+  const std::size_t size = out_.size() - start_ - block;
+  out_.overwrite(start_, tar_header(name_, size));
+  out_.append(std::string((block - size % block) % block, '\0'));
+}
+
+void TarWriter::finish() {
+  end_file();
+  out_.append(std::string(2 * block, '\0'));
 }
 
 }  // namespace isochor

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "core/common/text_sink.h"
 #include "server/job_queue/job_queue.h"
 #include "server/messages/json.h"
 #include "server/store/catalog.h"
@@ -20,13 +21,14 @@ Json grid_json(const Grid& grid);
 /// |x|/2^24.
 enum class Precision { f32, f64 };
 
-// Bulk: written as text, numbers as typed arrays.
-std::string encode_geometry(const StoredMesh& mesh, Precision precision);
-std::string encode_tets(const StoredModel& model, bool smoothed, Precision precision);
-std::string encode_quality(const StoredModel& model);
-std::string encode_voxels(const StoredModel& model, bool shell_only);
-std::string encode_embedding(const StoredModel& model);
-std::string encode_topology(const std::string& simulation_id, const std::vector<BodyTopology>& bodies);
+// Bulk: written as text, numbers as typed arrays, a piece at a time.
+void encode_geometry(const StoredMesh& mesh, Precision precision, const TextSink& sink);
+void encode_tets(const StoredModel& model, bool smoothed, Precision precision, const TextSink& sink);
+void encode_quality(const StoredModel& model, const TextSink& sink);
+void encode_voxels(const StoredModel& model, bool shell_only, const TextSink& sink);
+void encode_embedding(const StoredModel& model, const TextSink& sink);
+void encode_topology(const std::string& simulation_id, const std::vector<BodyTopology>& bodies,
+                     const TextSink& sink);
 
 /// P along the lattice direction through the voxel that holds the point. Throws invalid_argument.
 std::string encode_ray(const StoredModel& model, const Vec3& point, const Vec3i& direction);

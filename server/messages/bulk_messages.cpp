@@ -1,61 +1,54 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "server/messages/api_messages.h"
+#include "server/messages/bulk_text.h"
 #include "server/messages/frame_codec.h"
-#include "server/messages/json_text.h"
 #include "server/messages/model_messages.h"
 
 namespace isochor {
 namespace {
 
 template <class To>
-std::vector<To> flatten(const std::vector<Vec3>& points) {
-  std::vector<To> flat;
-  flat.reserve(3 * points.size());
-  for (const Vec3& p : points)
-    for (int axis = 0; axis < 3; ++axis) flat.push_back(static_cast<To>(p[axis]));
-  return flat;
+void points(BulkObject& object, std::string_view name, const std::vector<Vec3>& values) {
+  object.array<To>(name, 3 * values.size(), 3, [&](const auto& put) {
+    for (const Vec3& p : values)
+      for (int axis = 0; axis < 3; ++axis) put(static_cast<To>(p[axis]));
+  });
 }
 
-template <class To>
-void points(ObjectWriter& object, std::string_view name, const std::vector<Vec3>& values) {
-  append_typed_array<To>(object.key(name), flatten<To>(values), 3);
-}
-
-void points(ObjectWriter& object, std::string_view name, const std::vector<Vec3>& values,
-            Precision precision) {
+void points(BulkObject& object, std::string_view name, const std::vector<Vec3>& values, Precision precision) {
   return precision == Precision::f64 ? points<double>(object, name, values)
                                      : points<float>(object, name, values);
 }
 
 /// Rows of indices as they lie in memory; all are non-negative, so unsigned to the reader.
 template <std::size_t N>
-void indices(ObjectWriter& object, std::string_view name,
+void indices(BulkObject& object, std::string_view name,
              const std::vector<std::array<std::int32_t, N>>& rows) {
   const std::span flat(reinterpret_cast<const std::uint32_t*>(rows.data()), N * rows.size());
-  append_typed_array<std::uint32_t>(object.key(name), flat, static_cast<int>(N));
+  object.array<std::uint32_t>(name, flat, static_cast<int>(N));
 }
 
 template <class T>
-void list(ObjectWriter& object, std::string_view name, const std::vector<T>& values) {
-  append_typed_array<T>(object.key(name), values, 0);
+void list(BulkObject& object, std::string_view name, const std::vector<T>& values) {
+  object.array<T>(name, std::span(values), 0);
 }
 
-void cell_coordinates(ObjectWriter& object, const TetMesh& mesh) {
-  std::vector<std::int32_t> flat;
-  for (const Cell& cell : mesh.cells) flat.insert(flat.end(), cell.coord.begin(), cell.coord.end());
-  append_typed_array<std::int32_t>(object.key("cells"), flat, 3);
+void cell_coordinates(BulkObject& object, const TetMesh& mesh) {
+  object.array<std::int32_t>("cells", 3 * mesh.cells.size(), 3, [&](const auto& put) {
+    for (const Cell& cell : mesh.cells) std::ranges::for_each(cell.coord, put);
+  });
 }
 
-void weights(ObjectWriter& object, const Embedding& embedding) {
-  std::vector<float> flat;
-  flat.reserve(4 * embedding.weights.size());
-  for (const auto& tuple : embedding.weights)
-    for (const double weight : tuple) flat.push_back(static_cast<float>(weight));
+void weights(BulkObject& object, const Embedding& embedding) {
   list(object, "tet", embedding.tet);
-  append_typed_array<float>(object.key("weights"), flat, 4);
+  object.array<float>("weights", 4 * embedding.weights.size(), 4, [&](const auto& put) {
+    for (const auto& tuple : embedding.weights)
+      for (const double weight : tuple) put(static_cast<float>(weight));
+  });
 }
 
 Json thresholds_of(const StoredModel& stored) {
@@ -67,41 +60,73 @@ float probability(const DistanceField& field, std::int64_t index) {
   return largest > 0.0F ? 1.0F - field.distance[static_cast<std::size_t>(index)] / largest : 1.0F;
 }
 
-bool touches_outside(const PseudoVolume& volume, const Vec3i& at) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (const int step : {-1, 1}) {
-      Vec3i next = at;
-      next[axis] += step;
-      if (!volume.grid.contains(next.x(), next.y(), next.z())) return true;
-      const auto index = static_cast<std::size_t>(volume.grid.index(next.x(), next.y(), next.z()));
-      if (!volume.inside[index]) return true;
-    }
-  return false;
-}
-
-std::vector<std::uint32_t> inside_voxels(const PseudoVolume& volume, bool shell_only) {
-  std::vector<std::uint32_t> found;
+/// Calls with the index of each voxel inside, x fastest; shell_only: of those that an outside one touches.
+template <class Use>
+void for_each_inside(const PseudoVolume& volume, bool shell_only, const Use& use) {
+  const auto& inside = volume.inside;
   const Vec3i& size = volume.grid.size;
+  const auto row = static_cast<std::size_t>(size.x()), layer = row * static_cast<std::size_t>(size.y());
+  const auto is_within = [&](std::size_t at) {
+    return inside[at - 1] && inside[at + 1] && inside[at - row] && inside[at + row] && inside[at - layer] &&
+           inside[at + layer];
+  };
+  const auto next = [&](std::size_t from, std::size_t end) {  // most are outside: many at a time
+    const void* found = from < end ? std::memchr(&inside[from], 1, end - from) : nullptr;
+    return found ? static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - &inside[0]) : end;
+  };
+  std::size_t start = 0;
   for (int k = 0; k < size.z(); ++k)
-    for (int j = 0; j < size.y(); ++j)
-      for (int i = 0; i < size.x(); ++i) {
-        const auto index = static_cast<std::size_t>(volume.grid.index(i, j, k));
-        if (volume.inside[index] && (!shell_only || touches_outside(volume, {i, j, k})))
-          found.push_back(static_cast<std::uint32_t>(index));
-      }
-  return found;
+    for (int j = 0; j < size.y(); ++j, start += row) {
+      const bool inner_row = k > 0 && k + 1 < size.z() && j > 0 && j + 1 < size.y();
+      const std::size_t end = start + row;
+      for (std::size_t at = next(start, end); at < end; at = next(at + 1, end))
+        if (!shell_only || !inner_row || at == start || at + 1 == end || !is_within(at)) use(at);
+    }
 }
 
-void deformable(ObjectWriter& object, const BodyTopology& body) {
+template <class Write>
+void document(const TextSink& sink, const Write& write) {
+  BulkText out(sink);
+  {
+    BulkObject object(out);
+    write(out, object);
+  }
+  out.pass_on();
+}
+
+template <class Write>
+std::string document(const Write& write) {
+  std::string text;
+  document([&](std::string_view piece) { text += piece; }, write);
+  return text;
+}
+
+bool has_embedded(const BodyTopology& body) {
+  return body.model && body.model->embedding;
+}
+
+void embedded(BulkObject& object, const BodyTopology& body) {
+  points<float>(object, "positions", body.model->soup->positions);
+  indices(object, "triangles", body.model->soup->triangles);
+  weights(object, *body.model->embedding);
+}
+
+void deformable(BulkText& out, BulkObject& object, const BodyTopology& body) {
   indices(object, "tets", body.mesh->tets);
   cell_coordinates(object, *body.mesh);
   points<double>(object, "rest_positions", body.rest_positions);
   list(object, "masses", body.masses);
   indices(object, "surface", body.mesh->surface);
-  object.key("embedded") += encode_embedded(body);
+  std::string& text = object.key("embedded");
+  if (!has_embedded(body)) {
+    text += "null";
+    return;
+  }
+  BulkObject inner(out);
+  embedded(inner, body);
 }
 
-void rigid(ObjectWriter& object, const BodyTopology& body) {
+void rigid(BulkObject& object, const BodyTopology& body) {
   object.key("shape") += encode_shape(body);
   object.member("scale", body.scale);
   const TriangleSoup* soup = rigid_surface(body);
@@ -110,38 +135,24 @@ void rigid(ObjectWriter& object, const BodyTopology& body) {
   indices(object, "surface", soup->triangles);
 }
 
-template <class Write>
-std::string document(const Write& write) {
-  std::string out;
-  {
-    ObjectWriter object(out);
-    write(object);
-  }
-  return out;
-}
-
 }  // namespace
 
 std::string encode_embedded(const BodyTopology& body) {
-  if (!body.model || !body.model->embedding) return "null";
-  return document([&](ObjectWriter& object) {
-    points<float>(object, "positions", body.model->soup->positions);
-    indices(object, "triangles", body.model->soup->triangles);
-    weights(object, *body.model->embedding);
-  });
+  if (!has_embedded(body)) return "null";
+  return document([&](BulkText&, BulkObject& object) { embedded(object, body); });
 }
 
-std::string encode_geometry(const StoredMesh& mesh, Precision precision) {
-  return document([&](ObjectWriter& object) {
+void encode_geometry(const StoredMesh& mesh, Precision precision, const TextSink& sink) {
+  document(sink, [&](BulkText&, BulkObject& object) {
     object.member("mesh_id", mesh.id);
     points(object, "positions", mesh.soup->positions, precision);
     indices(object, "triangles", mesh.soup->triangles);
   });
 }
 
-std::string encode_tets(const StoredModel& stored, bool smoothed, Precision precision) {
+void encode_tets(const StoredModel& stored, bool smoothed, Precision precision, const TextSink& sink) {
   const TetMesh& mesh = smoothed ? stored.model->mesh() : *stored.model->unsmoothed;
-  return document([&](ObjectWriter& object) {
+  document(sink, [&](BulkText&, BulkObject& object) {
     object.member("model_id", stored.id);
     object.key("grid") += to_text(grid_json(mesh.grid));
     points(object, "positions", mesh.positions, precision);
@@ -151,45 +162,50 @@ std::string encode_tets(const StoredModel& stored, bool smoothed, Precision prec
   });
 }
 
-std::string encode_quality(const StoredModel& stored) {
+void encode_quality(const StoredModel& stored, const TextSink& sink) {
   const TetMesh& mesh = stored.model->mesh();
   const TetQuality quality = tet_quality(mesh.positions, mesh.tets);
-  return document([&](ObjectWriter& object) {
+  document(sink, [&](BulkText&, BulkObject& object) {
     object.member("model_id", stored.id);
     list(object, "min_dihedral_deg", quality.min_dihedral_deg);
     list(object, "scaled_jacobian", quality.scaled_jacobian);
   });
 }
 
-std::string encode_voxels(const StoredModel& stored, bool shell_only) {
+void encode_voxels(const StoredModel& stored, bool shell_only, const TextSink& sink) {
   const PseudoVolume& volume = *stored.model->pseudo_volume;
   const Lattice& lattice = *stored.model->lattice;
-  const auto index = inside_voxels(volume, shell_only);
-  std::vector<std::uint8_t> votes;
-  std::vector<float> probabilities;
-  for (const std::uint32_t i : index) {
-    votes.push_back(volume.votes[i]);
-    probabilities.push_back(probability(*stored.model->field, i));
-  }
-  return document([&](ObjectWriter& object) {
+  std::size_t count = 0;
+  for_each_inside(volume, shell_only, [&](std::size_t) { ++count; });
+  const auto each = [&](const auto& value) {
+    return [&, value](const auto& put) {
+      for_each_inside(volume, shell_only, [&](std::size_t at) { put(value(at)); });
+    };
+  };
+  document(sink, [&](BulkText& out, BulkObject& object) {
     object.member("model_id", stored.id);
     object.key("grid") += to_text(grid_json(volume.grid));
     object.member("rays", volume.rays);
     object.key("thresholds") += to_text(thresholds_of(stored));
     object.member("inside_count", volume.inside_count);
-    list(object, "index", index);
-    list(object, "votes", votes);
-    list(object, "probability", probabilities);
-    ObjectWriter cells(object.key("lattice"));
+    // Walked through again for each: a list of them would be as large as the answer.
+    object.array<std::uint32_t>("index", count, 0,
+                                each([](std::size_t at) { return static_cast<std::uint32_t>(at); }));
+    object.array<std::uint8_t>("votes", count, 0, each([&](std::size_t at) { return volume.votes[at]; }));
+    object.array<float>("probability", count, 0, each([&](std::size_t at) {
+                          return probability(*stored.model->field, static_cast<std::int64_t>(at));
+                        }));
+    object.key("lattice");
+    BulkObject cells(out);
     cells.key("grid") += to_text(grid_json(lattice.grid));
     list(cells, "density", lattice.density);
     list(cells, "kept", lattice.kept);
   });
 }
 
-std::string encode_embedding(const StoredModel& stored) {
+void encode_embedding(const StoredModel& stored, const TextSink& sink) {
   const Embedding& embedding = *stored.model->embedding;
-  return document([&](ObjectWriter& object) {
+  document(sink, [&](BulkText&, BulkObject& object) {
     object.member("model_id", stored.id);
     object.member("mesh_id", stored.mesh_id);
     weights(object, embedding);
@@ -198,17 +214,18 @@ std::string encode_embedding(const StoredModel& stored) {
   });
 }
 
-std::string encode_topology(const std::string& simulation_id, const std::vector<BodyTopology>& bodies) {
-  return document([&](ObjectWriter& object) {
+void encode_topology(const std::string& simulation_id, const std::vector<BodyTopology>& bodies,
+                     const TextSink& sink) {
+  document(sink, [&](BulkText& out, BulkObject& object) {
     object.member("simulation_id", simulation_id);
-    std::string& out = object.key("bodies");
-    append_list(out, bodies, [&](const BodyTopology& body) {
-      ObjectWriter entry(out);
+    object.key("bodies");
+    append_list(out.text(), bodies, [&](const BodyTopology& body) {
+      BulkObject entry(out);
       entry.member("id", body.id);
       entry.member("name", body.name);
       entry.member("type", body.deformable ? "deformable" : "rigid");
       if (body.deformable)
-        deformable(entry, body);
+        deformable(out, entry, body);
       else
         rigid(entry, body);
     });
@@ -240,7 +257,7 @@ std::string encode_ray(const StoredModel& stored, const Vec3& point, const Vec3i
     votes.push_back(volume.votes[index]);
     inside.push_back(volume.inside[index]);
   }
-  return document([&](ObjectWriter& object) {
+  return document([&](BulkText&, BulkObject& object) {
     object.member("model_id", stored.id);
     object.key("thresholds") += to_text(thresholds_of(stored));
     points<double>(object, "positions", positions);

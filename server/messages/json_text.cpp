@@ -121,9 +121,7 @@ void append_base64(std::string& out, std::span<const std::byte> bytes) {
   if (rest == 2) put(unsigned{from[0]} << 16 | unsigned{from[1]} << 8, 3);
 }
 
-void detail::append_typed_array(std::string& out, std::string_view dtype, std::span<const std::byte> bytes,
-                                std::size_t item_size, int columns) {
-  const std::size_t count = bytes.size() / item_size;
+void begin_typed_array(std::string& out, std::string_view dtype, std::size_t count, int columns) {
   out += R"({"dtype":")";
   out += dtype;
   out += R"(","shape":[)";
@@ -134,7 +132,9 @@ void detail::append_typed_array(std::string& out, std::string_view dtype, std::s
     append_json(out, std::int64_t{columns});
   }
   out += R"(],"data":")";
-  append_base64(out, bytes);
+}
+
+void end_typed_array(std::string& out) {
   out += R"("})";
 }
 

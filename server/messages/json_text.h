@@ -3,6 +3,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/common/types.h"
 
@@ -22,6 +23,9 @@ void append_base64(std::string& out, std::span<const std::byte> bytes);
 /// columns 0 makes it one-dimensional.
 template <class T>
 void append_typed_array(std::string& out, std::span<const T> values, int columns);
+/// What stands before and after the base64 of so many items.
+void begin_typed_array(std::string& out, std::string_view dtype, std::size_t count, int columns);
+void end_typed_array(std::string& out);
 
 template <class T>
 constexpr std::string_view dtype_name() {
@@ -32,14 +36,11 @@ constexpr std::string_view dtype_name() {
   if constexpr (std::is_same_v<T, std::uint8_t>) return "uint8";
 }
 
-namespace detail {
-void append_typed_array(std::string& out, std::string_view dtype, std::span<const std::byte> bytes,
-                        std::size_t item_size, int columns);
-}
-
 template <class T>
 void append_typed_array(std::string& out, std::span<const T> values, int columns) {
-  detail::append_typed_array(out, dtype_name<T>(), std::as_bytes(values), sizeof(T), columns);
+  begin_typed_array(out, dtype_name<T>(), values.size(), columns);
+  append_base64(out, std::as_bytes(values));
+  end_typed_array(out);
 }
 
 /// {"key":value,…} with as many calls as there are members.
@@ -51,7 +52,7 @@ class ObjectWriter {
   ObjectWriter& operator=(const ObjectWriter&) = delete;
 
   std::string& key(std::string_view name) {
-    if (out_.back() != '{') out_ += ',';
+    if (!std::exchange(first_, false)) out_ += ',';
     out_ += '"';
     out_ += name;
     out_ += "\":";
@@ -70,6 +71,7 @@ class ObjectWriter {
 
  private:
   std::string& out_;
+  bool first_ = true;
 };
 
 /// [item,…]

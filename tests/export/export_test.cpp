@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/common/error.h"
+#include "core/common/text_sink.h"
 #include "core/export/atomic_file.h"
 #include "core/lattice/lattice.h"
 
@@ -178,10 +179,44 @@ TEST_F(Export, TheSameModelGivesTheSameBytesWithTheParametersInside) {
     const auto first = export_model(model_, format);
     const auto second = export_model({copy, &embedding, model_.comment, "model"}, format);
     ASSERT_EQ(first.size(), second.size());
+    EXPECT_EQ(format.is_set, first.size() > 1) << format.name;
+    EXPECT_EQ(first.front().name_suffix, format.extension);
     for (std::size_t i = 0; i < first.size(); ++i) {
       EXPECT_EQ(first[i].content, second[i].content) << format.name;
       EXPECT_NE(first[i].content.find("voxels=128"), std::string::npos) << format.name;
     }
+  }
+}
+
+class LongestPiece final : public ExportSink {
+ public:
+  void begin(std::string_view) override {}
+  void write(std::string_view bytes) override {
+    all += bytes;
+    longest = std::max(longest, bytes.size());
+  }
+  std::string all;
+  std::size_t longest = 0;
+};
+
+TEST(ExportPieces, AreShortAndTheWholeFile) {
+  Lattice lattice;
+  lattice.grid = Grid{{24, 24, 24}, 0.1, Vec3::Zero()};
+  lattice.kept.assign(24 * 24 * 24, 1);
+  lattice.kept_count = 24 * 24 * 24;
+  const TetMesh mesh = make_tetrahedra(lattice);
+  Embedding embedding;
+  embedding.tet.assign(5000, 7);
+  embedding.weights.assign(5000, {0.1, 0.2, 0.3, 0.4});
+  const ExportModel model{.mesh = mesh, .embedding = &embedding, .comment = "a cube"};
+  for (const ExportFormat& format : export_formats()) {
+    std::string whole;
+    for (const ExportFile& file : export_model(model, format)) whole += file.content;
+    LongestPiece pieces;
+    export_model(model, format, pieces);
+    EXPECT_EQ(pieces.all, whole) << format.name;
+    EXPECT_GT(whole.size(), 2 * text_piece_bytes) << format.name;
+    EXPECT_LE(pieces.longest, 2 * text_piece_bytes) << format.name;
   }
 }
 

@@ -200,22 +200,20 @@ class Threats(unittest.TestCase):
                 peer.close()
 
     def test_slow_readers_of_different_answers(self):
-        """They hold files; of memory there is what the workers keep of the last answers that they encoded."""
         mesh = self.server.get("/meshes")["meshes"][0]["id"]
-        models = ["/models/" + self.server.finish(self.server.send("POST", "/models", {
-            "mesh_id": mesh, "params": {"voxels": 200, "cells": cells}}))["result"]["model_id"] for cells in (60, 64, 68, 72, 76)]
-        memory, peers, large = self.server.resident_bytes(), [], 0
-        for path in models:
-            for answer in ("/tets", "/tets?smoothed=false", "/tets?encoding=f64", "/tets?smoothed=false&encoding=f64",
-                           "/voxels?shell=false", "/voxels", "/exports/vtu", "/exports/tetgen", "/exports/msh2"):
+        path = "/models/" + self.server.finish(self.server.send("POST", "/models", {
+            "mesh_id": mesh, "params": {"voxels": 300, "cells": 70}}))["result"]["model_id"]
+        peers, total = [], 0
+        with self.bounded():
+            for answer in ("/tets", "/tets?smoothed=false&encoding=f64", "/voxels?shell=false", "/voxels", "/exports/vtu",
+                           "/exports/tetgen"):
                 peers.append(self.server.stream("/api/v1" + path + answer, receive_buffer=4096))
                 head = peers[-1].recv(400)
-                large += int(head.split(b"Content-Length: ")[1].split(b"\r")[0])
-        self.assertLess(self.server.resident_bytes() - memory, memory_bound(large))
+                total += int(head.split(b"Content-Length: ")[1].split(b"\r")[0])
+        self.assertGreater(total, MEMORY)
         for peer in peers:
             peer.close()
-        for path in models:
-            self.server.request("DELETE", path)
+        self.server.request("DELETE", path)
 
     def test_slow_viewers(self):
         simulation = self.server.new_simulation(cells=16, gravity=[0, 0, 0])

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numeric>
 
+#include "server/messages/bulk_text.h"
 #include "tests/support/typed_array.h"
 
 namespace isochor {
@@ -68,6 +70,30 @@ TEST(JsonText, TypedArraysCarryTheirShape) {
   EXPECT_EQ(array["dtype"], "float32");
   EXPECT_EQ(array["shape"], nlohmann::json({2, 3}));
   EXPECT_EQ(test::decode_typed_array<float>(array), values);
+}
+
+TEST(JsonText, BulkTextIsTheSameInPieces) {
+  for (const std::size_t count : {0UL, 1UL, 3071UL, 3072UL, 3073UL, 100000UL}) {
+    std::vector<float> values(count);
+    std::iota(values.begin(), values.end(), 0.5F);
+    std::string expected, taken;
+    append_typed_array<float>(expected, values, 0);
+    expected = "{\"a\":" + expected + ",\"b\":" + expected + ",\"c\":7}";
+    std::size_t longest = 0;
+    BulkText out([&](std::string_view piece) {
+      taken += piece;
+      longest = std::max(longest, piece.size());
+    });
+    {
+      BulkObject object(out);
+      object.array<float>("a", std::span<const float>(values), 0);
+      object.array<float>("b", count, 0, [&](const auto& put) { std::ranges::for_each(values, put); });
+      object.member("c", 7);
+    }
+    out.pass_on();
+    EXPECT_EQ(taken, expected) << count;
+    EXPECT_LE(longest, 2 * text_piece_bytes);
+  }
 }
 
 }  // namespace
