@@ -18,16 +18,23 @@ Refusal malformed(std::string detail) {
           "send one HTTP/1.1 request a connection, lines ending in CRLF"};
 }
 
+/// Does not leave early, so that many characters are looked at at once: lines may be long.
+bool holds_control(std::string_view line) {
+  unsigned char found = 0;
+  for (const char c : line) {
+    const auto byte = static_cast<unsigned char>(c);
+    found |= static_cast<unsigned char>(((byte < 0x20) & (byte != '\t')) | (byte == 0x7F));
+  }
+  return found != 0;
+}
+
 /// The next line without its CRLF; nullopt when it holds a bare CR, LF or another control character.
 std::optional<std::string_view> take_line(std::string_view& rest) {
   const std::size_t end = rest.find("\r\n");
   if (end == std::string_view::npos) return std::nullopt;
   const std::string_view line = rest.substr(0, end);
   rest.remove_prefix(end + 2);
-  const auto is_control = [](char c) {
-    return (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7F;
-  };
-  if (std::any_of(line.begin(), line.end(), is_control)) return std::nullopt;
+  if (holds_control(line)) return std::nullopt;
   return line;
 }
 
