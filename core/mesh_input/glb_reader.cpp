@@ -85,6 +85,15 @@ bool load(tinygltf::TinyGLTF& reader, std::span<const char> bytes, tinygltf::Mod
   return false;
 }
 
+void check_extensions(const tinygltf::Model& model) {
+  for (const std::string& extension : model.extensionsRequired)
+    if (extension != "KHR_mesh_quantization" && !extension.starts_with("KHR_materials") &&
+        !extension.starts_with("KHR_texture"))
+      fail(fmt::format("the file requires {}, which is not read", extension),
+           extension.ends_with("compression") ? "export the file without compression"
+                                              : "export the file without it");
+}
+
 tinygltf::Model parse(std::span<const char> bytes) {
   if (bytes.size() > std::numeric_limits<unsigned>::max())
     fail("a GLB has at most 4 GB", "use another format");
@@ -95,13 +104,11 @@ tinygltf::Model parse(std::span<const char> bytes) {
                         nullptr);
   tinygltf::Model model;
   std::string error;
-  if (!load(reader, bytes, model, error))
+  const bool loaded = load(reader, bytes, model, error);
+  check_extensions(model);  // first: compressed meshes have no data where it is looked for
+  if (!loaded)
     fail("the glTF content cannot be read: " + error.substr(0, error.find('\n')),
          "export the file again, with all data inside it");
-  for (const std::string& extension : model.extensionsRequired)
-    if (extension != "KHR_mesh_quantization" && !extension.starts_with("KHR_materials") &&
-        !extension.starts_with("KHR_texture"))
-      fail(fmt::format("the file requires {}, which is not read", extension), "export the file without it");
   return model;
 }
 
@@ -200,6 +207,16 @@ class GlbReader {
         visited_(model.nodes.size(), false) {}
 
   TriangleSoup run() {
+    if (model_.scenes.empty())
+      add_all_trees();
+    else  // the one that is shown: others are other states of the same things, or belong elsewhere
+      for (const int root : at(model_.scenes, std::max(0, model_.defaultScene), "scene").nodes)
+        add_node(root, Eigen::Affine3d::Identity(), 0);
+    return std::move(soup_);
+  }
+
+ private:
+  void add_all_trees() {
     std::vector<bool> is_child(model_.nodes.size(), false);
     for (const tinygltf::Node& node : model_.nodes)
       for (int child : node.children)
@@ -208,10 +225,8 @@ class GlbReader {
       if (!is_child[node]) add_node(static_cast<int>(node), Eigen::Affine3d::Identity(), 0);
     for (std::size_t node = 0; node < is_child.size(); ++node)
       if (!visited_[node]) fail(fmt::format("node {} is among its own descendants", node));
-    return std::move(soup_);
   }
 
- private:
   void add_node(int index, const Eigen::Affine3d& parent, int depth) {
     const tinygltf::Node& node = at(model_.nodes, index, "node");
     if (visited_[index] || depth > deepest_node)

@@ -100,6 +100,30 @@ TEST(Glb, PlacesMeshesByTheirNodes) {
   EXPECT_TRUE(soup.positions[5].isApprox(Vec3(10, 6, 0), 1e-12)) << soup.positions[5].transpose();
 }
 
+TEST(Glb, ReadsTheSceneThatIsShown) {
+  const std::string nodes = R"([{"mesh":0},{"mesh":0,"translation":[9,0,0]},{"mesh":0}])";
+  const std::string scenes = R"(,"scenes":[{"nodes":[0,2]},{"nodes":[1]}])";
+  EXPECT_EQ(read(glb(tet_json(nodes), tet_binary())).triangles.size(), 12U);
+  EXPECT_EQ(read(glb(tet_json(nodes, scenes), tet_binary())).triangles.size(), 8U);
+  const TriangleSoup second = read(glb(tet_json(nodes, scenes + R"(,"scene":1)"), tet_binary()));
+  EXPECT_EQ(second.triangles.size(), 4U);
+  EXPECT_EQ(second.positions[0], Vec3(9, 0, 0));
+  EXPECT_THAT(failure(glb(tet_json(nodes, scenes + R"(,"scene":2)"), tet_binary())).what(),
+              HasSubstr("scene 2"));
+}
+
+/// Their accessors have no data, which must not be what is said of them.
+TEST(Glb, NamesTheCompressionOfAMesh) {
+  for (const std::string extension : {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}) {
+    std::string json = tet_json(R"([{"mesh":0}])", ",\"extensionsRequired\":[\"" + extension + "\"]");
+    for (const std::string view : {R"("bufferView":0,)", R"("bufferView":1,)"})
+      json.erase(json.find(view, json.find("accessors")), view.size());
+    const Error error = failure(glb(json, tet_binary()));
+    EXPECT_THAT(error.what(), HasSubstr(extension));
+    EXPECT_EQ(error.hint(), "export the file without compression");
+  }
+}
+
 TEST(Glb, RefusesWhatIsNotThere) {
   const std::string nodes = R"([{"mesh":0}])", good = glb(tet_json(nodes), tet_binary());
   EXPECT_EQ(read(good).triangles.size(), 4U);
