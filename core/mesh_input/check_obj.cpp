@@ -9,7 +9,7 @@ namespace isochor {
 namespace {
 
 /// Keeps "v x y z" and "f i j k …" with absolute indices. Texture and normal references, lines, groups and
-/// all other statements mean nothing to a soup.
+/// all other statements but calls of other files mean nothing to a soup.
 class ObjCheck {
  public:
   explicit ObjCheck(std::span<const char> bytes) : scanner_(bytes) { mesh_.plain.reserve(bytes.size()); }
@@ -22,6 +22,9 @@ class ObjCheck {
         vertex();
       else if (keyword == "f")
         face();
+      else if (keyword == "call")
+        scanner_.fail("a mesh in another file is called, and calls are not followed",
+                      "put the contents of that file in place of this line, or remove it");
       else if (!keyword.empty())
         ++other_statements_;
     }

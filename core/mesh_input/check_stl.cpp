@@ -131,11 +131,16 @@ bool starts_with_solid(std::span<const char> bytes) {
   return begin != std::string_view::npos && same_word(text.substr(begin, 5), "solid");
 }
 
+bool is_text(std::span<const char> bytes) {
+  return std::memchr(bytes.data(), '\0', bytes.size()) == nullptr;
+}
+
 }  // namespace
 
 CheckedMesh check_stl(std::span<const char> bytes) {
-  // The word "solid" starts many binary files as well, so the size decides first.
-  if (!sized_as_binary(bytes) && starts_with_solid(bytes)) return AsciiStlCheck(bytes).run();
+  // The word "solid" starts many binary files as well, whole or cut short.
+  if (!sized_as_binary(bytes) && starts_with_solid(bytes) && is_text(bytes))
+    return AsciiStlCheck(bytes).run();
   if (bytes.size() < binary_size(0))
     throw Error(ErrorCode::cannot_read,
                 fmt::format("byte {}: this is no STL file, or cut short", bytes.size()),

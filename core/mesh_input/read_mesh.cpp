@@ -31,13 +31,23 @@ CheckedMesh check(std::span<const char> bytes, MeshFormat format) {
   throw Error(ErrorCode::internal, "a GLB is not checked here");
 }
 
-/// The format that the first bytes speak of, or nothing.
-std::string_view apparent_format(std::string_view bytes) {
-  constexpr std::pair<std::string_view, std::string_view> beginnings[]{
+/// What to do about a file whose first bytes speak of something else than its format, or nothing.
+std::string advice(std::string_view bytes, std::string_view format) {
+  constexpr std::pair<std::string_view, std::string_view> formats[]{
       {"ply", "PLY"},    {"glTF", "GLB"}, {"OFF", "OFF"}, {"COFF", "OFF"},
       {"solid ", "STL"}, {"v ", "OBJ"},   {"# ", "OBJ"}};
-  for (const auto& [beginning, name] : beginnings)
-    if (bytes.starts_with(beginning)) return name;
+  constexpr std::pair<std::string_view, const char*> others[]{
+      {"\xff\xfe", "it is UTF-16 text: save it as UTF-8"},
+      {"\xfe\xff", "it is UTF-16 text: save it as UTF-8"},
+      {"\x1f\x8b", "it is compressed: unpack it first"},
+      {"PK\x03\x04", "it is an archive: unpack it first"},
+      {"<", "it is a web page or XML: download the mesh itself"},
+      {"version https://git-lfs", "it is a pointer of Git LFS: fetch the mesh itself with git lfs pull"}};
+  for (const auto& [beginning, name] : formats)
+    if (bytes.starts_with(beginning) && name != format)
+      return fmt::format("it begins like {}: is {} the right format?", name, format);
+  for (const auto& [beginning, hint] : others)
+    if (bytes.starts_with(beginning)) return hint;
   return {};
 }
 
@@ -48,20 +58,16 @@ TriangleSoup read_polygons(std::span<const char> bytes, MeshFormat format, Progr
   return triangulate(read_with_cgal(mesh, format, progress), progress);
 }
 
-/// A file that is another's format under this one's name is told so.
+/// A file that is something else under this format's name is told so.
 TriangleSoup read_as(std::span<const char> bytes, MeshFormat format, Progress& progress) {
   constexpr std::array<std::string_view, 5> names{"OBJ", "STL", "PLY", "OFF",
                                                   "GLB"};  // in the order of MeshFormat
   try {
     return format == MeshFormat::glb ? read_glb(bytes) : read_polygons(bytes, format, progress);
   } catch (const Error& error) {
-    const std::string_view apparent = apparent_format({bytes.data(), bytes.size()});
-    if (error.code() != ErrorCode::cannot_read || apparent.empty() ||
-        apparent == names[static_cast<std::size_t>(format)])
-      throw;
-    throw Error(error.code(), error.what(),
-                fmt::format("it begins like {}: is {} the right format?", apparent,
-                            names[static_cast<std::size_t>(format)]));
+    std::string hint = advice({bytes.data(), bytes.size()}, names[static_cast<std::size_t>(format)]);
+    if (error.code() != ErrorCode::cannot_read || hint.empty()) throw;
+    throw Error(error.code(), error.what(), std::move(hint));
   }
 }
 

@@ -95,7 +95,11 @@ void TextScanner::strip_comment(char mark) {
 void TextScanner::check_coordinate(std::string_view token) const {
   double value = 0.0;
   if (token.empty()) fail("a coordinate is missing", "the file may be truncated");
-  if (!parse_number(token, value)) fail(fmt::format("\"{}\" is not a number", printable(token)));
+  if (!parse_number(token, value))
+    fail(fmt::format("\"{}\" is not a number", printable(token)),
+         token.find(',') == std::string_view::npos
+             ? "export the file again"
+             : "export the file with points, not commas, in its numbers");
   if (!std::isfinite(value)) fail("a coordinate is not finite", "repair or remove this vertex");
   if (std::abs(value) > largest_coordinate)
     fail(fmt::format("the coordinate {} is too large", printable(token)),

@@ -85,6 +85,8 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"1e308", o, "v 1e308 0 0\n", unreadable, "line 1: the coordinate 1e308"},
         Malformed{"1e999", o, "v 1e999 0 0\n", unreadable, "line 1: a coordinate is not finite"},
         Malformed{"cut_vertex", o, "v 0 0\n", unreadable, "line 1: a coordinate is missing"},
+        Malformed{"call", o, obj("f 1 2 3\ncall other.obj"), unreadable,
+                  "line 5: a mesh in another file is called"},
         Malformed{"word", o, "v 0 zero 0\n", unreadable, "line 1: \"zero\" is not a number"},
         Malformed{"two_signs", o, "v 0 0 +-0\n", unreadable, "line 1: \"+-0\" is not a number"}));
 
@@ -128,6 +130,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Malformed{"count_lies_up", s, stl(4000000000U, 2, 0.0F), unreadable,
                               "claims 4000000000 triangles"},
                     Malformed{"count_lies_down", s, stl(1, 2, 0.0F), unreadable, "claims 1 triangles"},
+                    Malformed{"binary_cut_that_begins_with_solid", s, "solid" + stl(3, 2, 0.0F).substr(5),
+                              unreadable, "claims 3 triangles"},
                     Malformed{"nan", s, stl(1, 1, std::numeric_limits<float>::quiet_NaN()), unreadable,
                               "byte 96: the coord"},
                     Malformed{"inf", s, stl(1, 1, std::numeric_limits<float>::infinity()), unreadable,

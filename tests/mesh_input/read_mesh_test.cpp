@@ -156,6 +156,21 @@ TEST(ReadMesh, NamesTheFormatOfAFileUnderAnothersName) {
   }
 }
 
+TEST(ReadMesh, SaysWhatToDoAboutFilesThatAreNoMesh) {
+  const auto hint = [](std::string_view bytes) -> std::string {
+    try {
+      read(std::string(bytes), MeshFormat::obj);
+    } catch (const Error& error) {
+      return error.hint();
+    }
+    return "it was read";
+  };
+  EXPECT_EQ(hint({"\xff\xfev\0 \0", 6}), "it is UTF-16 text: save it as UTF-8");
+  EXPECT_EQ(hint("\x1f\x8b\x08 packed"), "it is compressed: unpack it first");
+  EXPECT_EQ(hint("<!DOCTYPE html>\n"), "it is a web page or XML: download the mesh itself");
+  EXPECT_EQ(hint("v 0,5 0 0\n"), "export the file with points, not commas, in its numbers");
+}
+
 TEST(ReadMesh, ReadsTheDialectsOfObj) {
   const TriangleSoup plain = read(tet_obj, MeshFormat::obj);
   const TriangleSoup other = read(
