@@ -35,6 +35,10 @@ std::string wall_advice(const Model& model) {
         "one "
         "by one",
         wall, longest / most_cells);
+  if (cells <= model.options.lattice.cells)
+    return model.quality.volume > model.enclosed_volume
+               ? "its cells are small enough, but its thresholds thicken it: try the preset solid"
+               : "try more cells and voxels";
   return fmt::format("its walls are about {:.2g} thick, so try {} cells and {} voxels", wall, cells,
                      2 * cells);
 }

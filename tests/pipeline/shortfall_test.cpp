@@ -92,6 +92,14 @@ TEST(Shortfall, AClosedPlateLearnsHowManyCellsItsWallsNeed) {
               HasSubstr("thicken the walls"));
 }
 
+TEST(Shortfall, APlateThatItsThresholdsThickenIsNotToldToTakeFewerCells) {
+  MeshingOptions thick = settings(108, 54, 4.0);
+  thick.lattice.density = 0.2;
+  const auto plate = make(test::box({0, 0, 0}, {1, 1, 0.04}), thick);
+  ASSERT_TRUE(shortfall(*plate));
+  EXPECT_THAT(shortfall(*plate)->hint, HasSubstr("try the preset solid"));
+}
+
 TriangleSoup tilted(TriangleSoup soup) {
   const Eigen::Quaterniond tilt =
       Eigen::Quaterniond(Eigen::AngleAxisd(0.471, Vec3::UnitZ())) * Eigen::AngleAxisd(0.332, Vec3::UnitX());
