@@ -342,10 +342,14 @@ bool settled(const std::optional<ScenePoint>& point) {
   return point && point->outcome != Outcome::failed;
 }
 
-/// The points of an earlier run stay, where the axes do not ask for them, too.
+/// The points of an earlier run stay, where the axes do not ask for them, too. Those of a whole one keep
+/// their places, by which their recordings are named.
 void add_earlier(const SceneReport& earlier, std::vector<SceneSettings>& grid) {
-  for (const ScenePoint& point : earlier.points)
-    if (std::ranges::find(grid, point.settings) == grid.end()) grid.push_back(point.settings);
+  std::vector<SceneSettings> before;
+  std::ranges::transform(earlier.points, std::back_inserter(before), &ScenePoint::settings);
+  if (earlier.complete) std::swap(before, grid);
+  for (const SceneSettings& settings : before)
+    if (std::ranges::find(grid, settings) == grid.end()) grid.push_back(settings);
 }
 
 /// The reference of an earlier run, where it is at least as fine as the wanted one.

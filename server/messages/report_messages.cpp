@@ -181,6 +181,7 @@ Report decode_report(std::string_view text, const Json& ours, Point (*decode)(co
     Report report;
     const Json json = Json::parse(text);
     check_provenance(json, ours);
+    report.complete = json.at("complete").get<bool>();
     for (const Json& point : json.at("points")) try {
         report.points.push_back(decode(point));
       } catch (const Error&) {
