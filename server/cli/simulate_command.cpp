@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/pipeline/shortfall.h"
 #include "core/scene/read_scene.h"
 #include "server/cli/commands.h"
 #include "server/cli/input.h"
@@ -66,6 +67,16 @@ std::string plan_text(const Simulation& simulation, bool has_run) {
   return text + line(' ', "all phases", kib(bytes), fmt::format("{:.2f} ms", ms), "");
 }
 
+/// What is simulated may be a part of the mesh only.
+std::vector<std::string> warnings_of(const Simulation& simulation) {
+  std::vector<std::string> warnings;
+  for (const BodyTopology& body : simulation.topology())
+    if (const auto fault = body.model ? shortfall(*body.model) : std::nullopt)
+      warnings.push_back(
+          fmt::format("the model of {} is incomplete: {}: {}", body.name, fault->what, fault->hint));
+  return warnings;
+}
+
 RunSummary record(Simulation& simulation, Recording& recording, Progress& progress) {
   const double total = std::max(1.0, *simulation.scene().duration * simulation.scene().frame_rate);
   RunSummary summary;
@@ -96,6 +107,7 @@ void print_result(const CliContext& context, const SimulateCommand& command, con
   Json document{{"scene", simulation.scene().name}};
   document.update(summary.json());
   document["plan"] = Json::parse(encode_plan(simulation.plan()));
+  document["warnings"] = warnings_of(simulation);
   document["output"] = command.recording.output;
   context.print_json(document);
 }
@@ -116,6 +128,7 @@ void run_simulate(const CliContext& context, SimulateCommand& command) {
   {
     CommandProgress progress(context);
     simulation = compile(scene, progress);
+    for (const std::string& warning : warnings_of(*simulation)) context.warning(warning);
     if (command.recording.output.empty()) return print_plan(context, *simulation);
     const auto recording = make_recording(*simulation, command.recording);
     summary = record(*simulation, *recording, progress);

@@ -106,6 +106,18 @@ class Simulate(ProgramTest):
 
 
 class SimulateFailures(ProgramTest):
+    def test_a_body_that_is_a_part_of_its_mesh_is_said_to_be(self):
+        self.file("sheet.obj", "v 0 0 0\nv 1 0 0\nv 1 0.3 1\nv 0 0.3 1\nv 0 .1 3\nv 1 .1 3\nf 1 2 3 4\nf 4 3 6 5\n")
+        body = {"name": "sail", "type": "deformable", "mesh": "sheet.obj", "meshing": {"p_in_voxels": 1.5}}
+        path, out = self.file("scene.json", json.dumps({"bodies": [body], "duration": 0.05})), self.folder / "out.ndjson"
+        self.assertIn("the model of sail is incomplete: it covers only",
+                      self.run_json("simulate", path, "-o", out)["warnings"][0])
+        self.assertIn("warning: the model of sail is incomplete",
+                      self.run_program("simulate", path, "-o", out).stderr.decode())
+        body["meshing"]["p_in_voxels"] = 4
+        path.write_text(json.dumps({"bodies": [body], "duration": 0.05}))
+        self.assertEqual(self.run_json("simulate", path, "-o", out)["warnings"], [])
+
     def test_each_has_its_exit_code_and_leaves_nothing(self):
         path, out = self.file("scene.json", scene()), self.folder / "out.ndjson"
         self.run_json("simulate", path, expect=2)
