@@ -41,6 +41,15 @@ struct ReportCommand {
   bool resume = false, recordings = false;
 };
 
+void make_folder(const fs::path& folder) {
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  if (failure)
+    throw Error(ErrorCode::cannot_write,
+                fmt::format("cannot make the folder {}: {}", folder.string(), failure.message()),
+                "name one where you may write");
+}
+
 /// The three files of a report.
 void write_report(const fs::path& folder, const std::string& json, const std::string& csv) {
   write_file(folder / "report.json", json);
@@ -67,7 +76,7 @@ class PartWriter {
 /// Recordings of the reference and of each point's first repeat, as `simulate` writes them.
 class PointRecorder {
  public:
-  explicit PointRecorder(fs::path folder) : folder_(std::move(folder)) { fs::create_directories(folder_); }
+  explicit PointRecorder(fs::path folder) : folder_(std::move(folder)) { make_folder(folder_); }
 
   void start(int point, const Simulation& simulation) {
     file_.close();
@@ -348,7 +357,7 @@ void run_report(CliContext& context, const ReportCommand& command, const Paramet
   for (const std::string& input : command.inputs) {
     if (context.exit_code == exit_interrupted) break;
     const fs::path folder = folder_of(command, input);
-    fs::create_directories(folder);
+    make_folder(folder);
     try {
       const std::string json =
           is_scene(input) ? run_scene_report(context, command, input, folder)

@@ -178,6 +178,17 @@ class Report(ProgramTest):
                     self.assertIn(point, resumed["points"])
             self.assertEqual(len(resumed["points"]), 1 + sum(p["outcome"] != "failed" for p in whole["points"]))
 
+    def test_of_other_axes_resumed_keeps_the_recordings(self):
+        out = self.folder / "report"
+        scene = (self.file("scene.json", json.dumps(SPINNING)), "--solvers", "newton", "--tolerances", "1e-6", "--resolutions",
+                 "1", "--refinement", "4", "--repeats", "1", "--recordings", "-o", out)
+        self.run_json("report", *scene, "--substeps", "4,8")
+        before = [(out / "recordings" / f"point-00{k}.ndjson").read_bytes() for k in range(2)]
+        points = self.run_json("report", *scene, "--substeps", "2,8", "--resume")["points"]
+        self.assertEqual([point["settings"]["substeps"] for point in points], [4, 8, 2])
+        self.assertEqual([(out / "recordings" / f"point-00{k}.ndjson").read_bytes() for k in range(2)], before)
+        self.assertEqual(Recording(out / "recordings" / "point-002.ndjson").metric("substeps").max(), 2)
+
     def test_of_finer_steps_does_not_replace_what_a_coarser_reference_gave(self):
         out = self.folder / "report"
         scene = (self.file("scene.json", json.dumps(SPINNING)), "--solvers", "newton", "--tolerances", "1e-6", "--resolutions",
@@ -239,6 +250,7 @@ class Report(ProgramTest):
         self.assertIn("--substeps is for scenes",
                       self.run_json("report", MESHES / "torus.obj", "-o", out, "--substeps", "4", expect=2)["detail"])
         self.assertFalse(out.exists())
+        self.assertIn("cannot make the folder", self.run_json("report", scene, "-o", scene / "report", expect=1)["detail"])
 
     def test_a_budget_is_a_params_file(self):
         scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
