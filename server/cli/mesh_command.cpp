@@ -131,6 +131,7 @@ void print_result(const CliContext& context, const MeshCommand& command, const I
   for (const std::string& warning : model.warnings) context.warning(warning);
   print_summary(context, model, input.read_ms);
   for (const Json& path : written) context.detail("wrote " + path.get<std::string>());
+  if (written.empty() && !context.json) context.note("nothing is written: -o names a file for the model");
   if (!context.json) return;
   Json document{{"input", command.input.path}, {"bytes", input.bytes}, {"read_ms", input.read_ms}};
   document.update(model_json(model));
@@ -139,8 +140,10 @@ void print_result(const CliContext& context, const MeshCommand& command, const I
   context.print_json(document);
 }
 
-void warn_off_budget(const CliContext& context, const Model& model, std::int64_t wanted) {
+void tell_budget(const CliContext& context, const Model& model, std::int64_t wanted) {
   const auto tets = static_cast<std::int64_t>(model.mesh().tets.size());
+  context.note(
+      fmt::format("closest to {}: --cells {}", counted(wanted, "tets"), model.options.lattice.cells));
   if (10 * std::abs(tets - wanted) <= wanted) return;
   const bool most_cells = model.options.lattice.cells + 2 > model.options.voxels / 2;
   context.warning(fmt::format("{} are the closest to {} that a lattice has{}", counted(tets, "tets"), wanted,
@@ -164,11 +167,10 @@ void run_mesh(CliContext& context, const MeshCommand& command) {
   }
   check_gates(*model, gates);
   print_result(context, command, input, *model, write_outputs(command, *model));
-  if (command.budget_tets > 0) warn_off_budget(context, *model, command.budget_tets);
+  if (command.budget_tets > 0) tell_budget(context, *model, command.budget_tets);
   if (const auto fault = shortfall(*model)) {
-    std::fputs(fmt::format("error: the model is incomplete: {}\nhint: {}; what was made is written, to be "
-                           "looked at\n",
-                           fault->what, fault->hint)
+    std::fputs(fmt::format("error: the model is incomplete: {}\nhint: {}{}\n", fault->what, fault->hint,
+                           command.outputs.empty() ? "" : "; what was made is written, to be looked at")
                    .c_str(),
                stderr);
     context.exit_code = exit_empty;

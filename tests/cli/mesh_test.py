@@ -88,6 +88,13 @@ class Mesh(ProgramTest):
         self.assertIn(f"within {model['max_diagonals_to_pseudo_volume']:.2f} cell diagonals of the pseudo volume "
                       f"(mean {model['mean_diagonals_to_pseudo_volume']:.2f})", made.stderr.decode())
 
+    def test_what_was_found_and_what_was_not_written_is_said(self):
+        said = self.run_program("mesh", SPHERE, "--budget-tets", "3000").stderr.decode()
+        cells = self.run_json("mesh", SPHERE, "--budget-tets", "3000")["params"]["cells"]
+        self.assertIn(f"closest to 3000 tets: --cells {cells}\n", said)
+        self.assertIn("nothing is written", said)
+        self.assertNotIn("nothing is written", self.run_program("mesh", SPHERE, "-o", "-", "--format", "obj").stderr.decode())
+
     def test_an_incomplete_model_is_written_and_no_success(self):
         sheet = self.file("sheet.obj", "v 0 0 0\nv 1 0 0\nv 1 0.3 1\nv 0 0.3 1\nv 0 .1 3\nv 1 .1 3\n"
                                        "f 1 2 3 4\nf 4 3 6 5\n" + cube_at(0.0))
@@ -109,6 +116,7 @@ class Mesh(ProgramTest):
         self.assertGreater(report["volume"], 2.0 * report["report"]["volume"])
         self.assertFalse(report["complete"])
         self.assertIn("closed input encloses", " ".join(report["warnings"]))
+        self.assertNotIn("is written", self.run_program("mesh", hollow, "--json", expect=5).stderr.decode())
 
 
 def cube_at(x, size=1.0, inward=False):
