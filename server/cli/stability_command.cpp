@@ -29,6 +29,7 @@ void run_suite(CliContext& context, const StabilityCommand& command) {
   context.print("against what motion, springs and gravity have given; inverted tets at the end.");
   std::string group;
   const auto print = [&](const StabilityResult& r) {
+    if (context.json) context.note(fmt::format("{} {}: {}", r.passed ? "ok" : "FAIL", r.name, r.outcome));
     if (r.group != group) context.print(fmt::format(columns, "", "", "cell", "energy", "tets", ""));
     if (r.group != group)
       context.print(fmt::format(columns, "", r.group, "error", "ratio", "inv.", "outcome"));

@@ -26,6 +26,16 @@ class Progress(ProgramTest):
         self.assertEqual(self.run_program("mesh", MESHES / "sphere.obj", "--voxels", "32", "--cells", "8",
                                           "-q").stderr, b"")
 
+    def test_a_line_a_case_of_the_stability_suite_beside_its_document(self):
+        child = subprocess.Popen([PROGRAM, "stability", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        while line := child.stderr.readline():
+            if line.startswith((b"ok ", b"FAIL ")):
+                break
+        child.send_signal(signal.SIGINT)
+        out, _ = child.communicate(timeout=120 * SLOWNESS)
+        self.assertEqual(child.returncode, 130)
+        self.assertIn(json.loads(out)["cases"][0]["name"], line.decode())
+
     def test_a_bar_on_a_terminal(self):
         main, side = pty.openpty()
         child = subprocess.Popen([PROGRAM, "mesh", str(TREE), "--json"], stderr=side, stdout=subprocess.PIPE)
