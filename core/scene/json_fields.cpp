@@ -50,7 +50,7 @@ Json parse_json(std::string_view text, std::string_view what) {
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {
-    throw Error(ErrorCode::cannot_read, fmt::format("{} is not valid JSON at byte {}", what, error.byte),
+    throw Error(ErrorCode::cannot_read, fmt::format("byte {} of {} is not valid JSON", error.byte, what),
                 "check for a missing comma, bracket or quote there");
   } catch (const Json::out_of_range&) {
     throw Error(ErrorCode::cannot_read, fmt::format("{} holds a number beyond the range of a double", what));
@@ -196,7 +196,7 @@ int JsonFields::choice(std::string_view name, std::span<const std::string_view> 
 void throw_faults(std::string_view what, std::vector<ErrorDetail> faults) {
   if (faults.empty()) return;
   std::string text =
-      fmt::format("{} has {} faulty field{}:", what, faults.size(), faults.size() == 1 ? "" : "s");
+      fmt::format("{} faulty field{} in {}:", faults.size(), faults.size() == 1 ? "" : "s", what);
   for (const ErrorDetail& fault : faults)
     text += fmt::format(" {} {};", fault.pointer.empty() ? "/" : fault.pointer, fault.detail);
   text.pop_back();
