@@ -232,8 +232,13 @@ test('notes of a model are folded away while it is complete, and stand open with
   await drop(page, 'sheet.obj', sheet(60));
   await notes.getByText('This model is incomplete').waitFor();
   await notes.getByText(/covers .* % of the input's area/).waitFor();
+  await page.setViewportSize({width: 768, height: 860});  // where the inspector is folded away
+  assert.ok(!await notes.isVisible());
+  assert.match(await status(page).textContent(), /incomplete: see Model in the inspector$/);
+  await page.setViewportSize({width: 1400, height: 860});
   await way.click();
   await notes.getByText(/^\d notes?$/).waitFor();
+  assert.match(await status(page).textContent(), /inverted$/);
   no_complaints(page);
   await page.context().close();
 });
