@@ -94,7 +94,7 @@ TEST(Shortfall, AClosedPlateLearnsHowManyCellsItsWallsNeed) {
 
 TEST(Shortfall, APlateThatItsThresholdsThickenIsNotToldToTakeFewerCells) {
   MeshingOptions thick = settings(108, 54, 4.0);
-  thick.lattice.density = 0.2;
+  thick.lattice.density = 0.2, thick.lattice.fit_volume = false;
   const auto plate = make(test::box({0, 0, 0}, {1, 1, 0.04}), thick);
   ASSERT_TRUE(shortfall(*plate));
   EXPECT_THAT(shortfall(*plate)->hint, HasSubstr("try the preset solid"));
