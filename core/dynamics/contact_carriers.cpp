@@ -49,6 +49,10 @@ void ContactCarriers::begin(std::span<const MassiveBody> bodies) {
   carriers_.clear();
 }
 
+void ContactCarriers::weigh(std::span<const MassiveBody> bodies) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) bodies_[b].at_start = bodies[b];
+}
+
 ContactCarriers::Body* ContactCarriers::find(int source) {
   const auto found = std::ranges::lower_bound(bodies_, source, {}, &source_of);
   return found == bodies_.end() || source_of(*found) != source ? nullptr : &*found;

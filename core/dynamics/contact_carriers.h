@@ -42,6 +42,8 @@ class ContactCarriers {
  public:
   /// A new substep: nothing has been handed out.
   void begin(std::span<const MassiveBody> bodies);
+  /// The same bodies, in the same substep, with other masses.
+  void weigh(std::span<const MassiveBody> bodies);
   bool empty() const { return bodies_.empty(); }
   bool carries(int source) const { return std::ranges::binary_search(bodies_, source, {}, &source_of); }
 

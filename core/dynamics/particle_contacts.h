@@ -20,6 +20,8 @@ class ParticleContacts {
   /// (set_reactions), so that what touches is moved onto its planes and nowhere else.
   void begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies = {},
              bool with_body = false);
+  /// The bodies of begin() have other masses from now on.
+  void weigh(std::span<const MassiveBody> bodies) { carriers_.weigh(bodies); }
   bool empty() const { return particles_.empty(); }
   bool with_body() const { return with_body_; }
   std::int64_t count() const { return static_cast<std::int64_t>(particles_.size()); }

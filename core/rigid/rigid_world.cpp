@@ -24,9 +24,31 @@ void set_mass(BodyRecord& body, double mass) {
   if (body.shape->volume() <= 0.0)
     throw Error(ErrorCode::invalid_argument, "a plane has no volume, so it cannot have a mass",
                 "leave the mass out: a plane stands still or follows a motion");
+  body.mass = mass;
+  body.inertia = mass * body.shape->unit_inertia();
   body.state.inverse_mass = 1.0 / mass;
-  body.state.inertia = mass * body.shape->unit_inertia();
-  body.state.inverse_inertia = body.state.inertia.inverse();
+  body.state.inertia = body.inertia;
+  body.state.inverse_inertia = body.inertia.inverse();
+}
+
+/// Impulses since the last load have moved the body with it; the next one takes its share of what is owed.
+void take_load(BodyRecord& body, double factor) {
+  RigidBodyState& state = body.state;
+  CarriedLoad& load = body.load;
+  Vec3 turning = state.angular_momentum / load.factor;
+  load.owed += (load.factor - 1.0) * body.mass * (state.velocity - load.velocity);
+  load.owed_moment += (load.factor - 1.0) * (turning - load.angular_momentum);
+  state.velocity += load.owed / (factor * body.mass);
+  turning += load.owed_moment / factor;
+  load.owed *= 1.0 - 1.0 / factor;
+  load.owed_moment *= 1.0 - 1.0 / factor;
+  load.factor = factor;
+  load.velocity = state.velocity;
+  load.angular_momentum = turning;
+  state.angular_momentum = factor * turning;
+  state.inverse_mass = 1.0 / (factor * body.mass);
+  state.inertia = factor * body.inertia;
+  state.inverse_inertia = state.inertia.inverse();
 }
 
 /// Velocities that lead a body without mass to where its motion has it at `time`.
@@ -206,6 +228,25 @@ void RigidWorld::apply_wrench(int body, const Vec3& about, const Vec3& impulse, 
   if (!state.dynamic()) return;
   state.velocity += state.inverse_mass * impulse;
   state.angular_momentum += moment + (about - state.pose.position).cross(impulse);
+}
+
+void RigidWorld::carry(int body, double mass) {
+  BodyRecord& b = impl_->at(body);
+  if (!b.dynamic() || (mass == 0.0 && b.load.factor == 1.0)) return;
+  b.load.center = b.state.pose.position;
+  take_load(b, 1.0 + mass / b.mass);
+  impl_->solver.weigh(impl_->bodies);
+}
+
+void RigidWorld::put_down() {
+  for (BodyRecord& b : impl_->bodies) {
+    if (b.load.factor == 1.0) continue;
+    const Vec3 before = b.state.velocity;
+    take_load(b, 1.0);
+    const Vec3 given = b.mass * (b.state.velocity - before);  // where its centre was, not where it is now
+    b.state.angular_momentum += (b.load.center - b.state.pose.position).cross(given);
+    b.load = {};
+  }
 }
 
 void RigidWorld::move_body(int body, const Pose& pose, double duration) {

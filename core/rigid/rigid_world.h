@@ -75,6 +75,12 @@ class RigidWorld {
   /// An impulse (kg m/s) with its moment about a point of the world, whatever the body's pose is now.
   void apply_wrench(int body, const Vec3& about, const Vec3& impulse, const Vec3& moment);
 
+  /// Within a step: the body answers as though it carried that mass as well, until the next call or
+  /// put_down(), which makes up for what it was given in the meantime: no momentum is lost. That is how what
+  /// presses on it in turn finds a balance, however light it is.
+  void carry(int body, double mass);
+  void put_down();
+
   /// A body without mass goes to the pose within the given time from now, or at once when it is 0.
   void move_body(int body, const Pose& pose, double duration);
 

@@ -215,6 +215,12 @@ void StepSolver::solve_positions(std::span<BodyRecord> bodies) {
   }
 }
 
+void StepSolver::weigh(std::span<const BodyRecord> bodies) {
+  predict(bodies);
+  load_bodies(bodies, 0.5);
+  solver_.prepare(set_, solver_bodies_);
+}
+
 Eigen::Matrix<double, 6, 6> StepSolver::compliance(int body) {
   Eigen::Matrix<double, 6, 6> result;
   solver_.hold(set_, solver_bodies_);

@@ -20,6 +20,8 @@ class StepSolver {
   /// At the poses of the step's end: joints at rest relative to each other, contacts not closing, or parting
   /// with the restitution times the speed at which they met.
   void solve_velocities(std::span<BodyRecord> bodies);
+  /// Bodies have other masses than at begin().
+  void weigh(std::span<const BodyRecord> bodies);
   /// After solve_positions: see RigidWorld::compliance.
   Eigen::Matrix<double, 6, 6> compliance(int body);
   /// Substeps a second that the joints need.

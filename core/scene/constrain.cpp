@@ -55,7 +55,7 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
     rough = changed && round + 1 < max_contact_rounds && !contacts.empty() && !soft.pressed_implicitly;
     if (rough) request.tolerance = std::max(request.tolerance, rough_tolerance);
     // Last, with the rigid bodies where they are: nothing is left inside them.
-    if (round + 1 < max_contact_rounds) request.carriers = contacts.carriers();
+    if (round + 1 < max_contact_rounds && !step.held) request.carriers = contacts.carriers();
     result = project(step, soft, request);
     if (contacts.empty() && round > 0) break;
   }
@@ -121,7 +121,7 @@ bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
     changed |= follow_attachments(step.world, soft);
     changed |= detect_contacts(soft.body, step.world.rigid, step.h, *soft.candidates, contacts);
     if (changed) contacts.place(soft.body);
-    if (changed && round + 1 < max_contact_rounds) contacts.carry(soft.body);
+    if (changed && round + 1 < max_contact_rounds && !step.held) contacts.carry(soft.body);
   });
   return changed;
 }
@@ -164,6 +164,15 @@ void let_go(const Substep& step, SceneSoftBody& soft) {
                         [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
 }
 
+void meet(const Substep& step, SceneSoftBody& soft) {
+  const auto project_all = [&] {
+    soft.projection =
+        soft.contacts ? project_with_contacts(step, soft) : project(step, soft, make_request(step, soft));
+  };
+  project_all();
+  lift_inverted(step, soft, project_all);
+}
+
 /// A cell whose corners all stick has no row, and keeps what an earlier substep has left of its error.
 bool is_left_rough(const SceneSoftBody& soft) {
   const ProjectionResult& result = soft.projection;
@@ -178,6 +187,18 @@ void slide(const Substep& step, SceneSoftBody& soft) {
 }
 
 }  // namespace
+
+bool constrain_again(const Substep& step, SceneSoftBody& soft) {
+  bool changed = false;
+  step.world.phases.run(Phase::contacts, [&] {
+    changed = follow_attachments(step.world, soft);
+    changed |= detect_contacts(soft.body, step.world.rigid, step.h, *soft.candidates, *soft.contacts);
+  });
+  if (!changed) return false;
+  soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
+  if (!(soft.unbalanced && step.may_halve)) meet(step, soft);
+  return true;
+}
 
 void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.began_inverted = soft.inverted;
@@ -195,11 +216,7 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
     step.world.phases.run(Phase::volume, [&] {
       soft.body.projector->begin_step(soft.body.start_positions, step.h, soft.body.positions);
     });
-  const auto meet = [&] {
-    return soft.contacts ? project_with_contacts(step, soft) : project(step, soft, make_request(step, soft));
-  };
-  soft.projection = meet();
-  lift_inverted(step, soft, [&] { soft.projection = meet(); });
+  meet(step, soft);
   if (is_left_rough(soft) && !soft.inverted) {
     slide(step, soft);
     find_inverted(step, soft, soft.projection);

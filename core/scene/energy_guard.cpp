@@ -200,7 +200,8 @@ void EnergyGuard::hold(const Substep& step) {
     const bool may_halt = can_halt_group(group);
     const bool no_room = has_no_room(group, feasible);
     const double left = (inverted && may_halt) || no_room ? 0.0 : judge(step, group);
-    if (no_room || (may_halt ? inverted || left > round_off : feasible && left > blown_up))
+    if (no_room || std::isinf(left) ||
+        (may_halt ? inverted || left > round_off : feasible && left > blown_up))
       halt(step, group);
     else
       for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });

@@ -88,14 +88,7 @@ void Stepper::advance_jointed(double h) {
 void Stepper::start_rigid(double h) {
   world_.rigid.keep_start();
   world_.rigid.begin_step(h);
-  world_.massive.clear();
-  for (int r = 0; r < world_.rigid.size(); ++r) {
-    if (!world_.rigid.dynamic(r)) continue;
-    const RigidBodyState& state = world_.rigid.state(r);
-    const Eigen::Matrix3d turn = state.pose.orientation.toRotationMatrix();
-    world_.massive.push_back(
-        {r, state.pose.position, 1.0 / state.inverse_mass, turn * state.inertia * turn.transpose()});
-  }
+  list_massive(world_);
   world_.rigid.solve();
 }
 
@@ -111,7 +104,7 @@ void Stepper::advance(double h, int halvings) {
   world_.phases.run(Phase::rigid_bodies, [&] { start_rigid(h); });
   for (SceneSoftBody& soft : world_.soft) predict(step, soft);
   if (world_.surfaces) begin_collision(step);
-  for (SceneSoftBody& soft : world_.soft) constrain(step, soft);
+  constrain_in_turns(step);
   bool unbalanced = std::ranges::any_of(world_.soft, &SceneSoftBody::unbalanced);
   if (world_.surfaces && !(unbalanced && step.may_halve)) unbalanced |= !collide(step);
   const bool inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
@@ -135,7 +128,10 @@ void Stepper::advance(double h, int halvings) {
     return;
   }
   for (SceneSoftBody& soft : world_.soft) soft.finished = settle(step, soft);
-  world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.move(); });
+  world_.phases.run(Phase::rigid_bodies, [&] {
+    world_.rigid.move();
+    world_.rigid.put_down();
+  });
   for (SceneSoftBody& soft : world_.soft)
     if (!soft.finished) take_velocities(step, soft);
   if (world_.surfaces) world_.phases.run(Phase::restitution, [&] { world_.surfaces->contacts().bounce(); });

@@ -15,8 +15,11 @@ struct Substep {
   double tolerance;        ///< largest relative volume error of a cell that it may end with
   bool may_halve = false;  ///< a substep that fails is taken again in two halves
   bool may_lift = true;    ///< tets that invert are lifted within it
+  bool held = false;       ///< rigid bodies that others press on stay where these have left them
 };
 
+/// Lists the rigid bodies with a mass, as they are.
+void list_massive(World& world);
 /// That of the body's integrator.
 Phase stepping_phase(const SceneSoftBody& soft);
 /// Forces at the present positions, for the kicks before and after a substep; none where springs are stepped
@@ -32,6 +35,10 @@ void follow_pins(World& world, SceneSoftBody& soft);
 /// Contacts with rigid bodies and volume together, the active set of contacts repeated until it stands; then
 /// the inequality of inverted tets, alternating with both. Sets soft.inverted.
 void constrain(const Substep& step, SceneSoftBody& soft);
+/// The same for what has moved the body's contacts since. False when nothing has.
+bool constrain_again(const Substep& step, SceneSoftBody& soft);
+/// Both for all bodies: those that press on the same rigid ones with a mass take turns.
+void constrain_in_turns(const Substep& step);
 /// One round of that active set; true when it has changed, and the volume with it.
 bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round);
 /// The volume alone, contacts with rigid bodies held.

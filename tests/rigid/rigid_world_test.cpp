@@ -80,6 +80,25 @@ TEST(RigidWorld, ImpulsesWithinAStepMoveThePredictedPose) {
   EXPECT_NEAR((momentum - Vec3(0.0, 0.0, -2.0)).norm(), 0.0, 1e-15);
 }
 
+/// A load lessens what an impulse does at once; without it the body has the whole of it.
+TEST(RigidWorld, LoadsAnswerAlongAndLoseNoMomentum) {
+  RigidWorld world;
+  world.add_body(ball(0.5, 2.0, Vec3::Zero()));
+  world.begin_step(0.1);
+  world.carry(0, 6.0);
+  world.apply_impulse(0, {0.0, 0.5, 0.0}, {4.0, 0.0, 0.0});
+  EXPECT_NEAR(world.state(0).velocity.x(), 0.5, 1e-15);
+  world.carry(0, 2.0);  // 3 of the 4 kg m/s are owed, half of them to the load
+  EXPECT_NEAR(world.state(0).velocity.x(), 0.5 + 0.75, 1e-15);
+  world.apply_impulse(0, {0.0, 0.0, 0.5}, {0.0, 2.0, 0.0});
+  world.move();
+  world.put_down();
+  world.end_step();
+  EXPECT_NEAR((world.linear_momentum() - Vec3(4.0, 2.0, 0.0)).norm(), 0.0, 1e-14);
+  EXPECT_NEAR((world.angular_momentum() - Vec3(-1.0, 0.0, -2.0)).norm(), 0.0, 1e-14);
+  EXPECT_NEAR(1.0 / world.state(0).inverse_mass, 2.0, 0.0);
+}
+
 TEST(RigidWorld, MassesThatMakeNoSenseAreRefused) {
   RigidWorld world;
   EXPECT_THROW(world.add_body(ball(0.5, -1.0, Vec3::Zero())), Error);

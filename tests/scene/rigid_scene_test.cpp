@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/parallel/parallel.h"
 #include "core/scene/read_scene.h"
@@ -278,6 +279,33 @@ INSTANTIATE_TEST_SUITE_P(Laws, Collision,
                          testing::Values(TwoWay{200.0, 0.0, 0.0}, TwoWay{200.0, 0.3, 0.0},
                                          TwoWay{200.0, 0.3, 0.5}, TwoWay{1.0, 0.3, 0.0},
                                          TwoWay{2000.0, 0.3, 0.0}));
+
+/// A plate between two soft blocks, heavy or light: what stands on it is not felt through it as late as in
+/// the next substep.
+class Sandwich : public testing::TestWithParam<double> {};
+TEST_P(Sandwich, StaysAsItIsAndComesToRest) {
+  const std::string mass = std::to_string(GetParam());
+  const auto block = [](const std::string& name, const std::string& bottom) {
+    return R"({"name":")" + name +
+           R"(","type":"deformable","lattice":{"cells":[3,2,3],"cell_size":0.15,"origin":[-0.225,)" + bottom +
+           R"(,-0.225]},"edge_stiffness":1e5,"diagonal_stiffness":1e4,"damping":0.02})";
+  };
+  const auto simulation = compile_text(
+      R"({"duration":1.5,"bodies":[)" + std::string(floor_plane) + "," + block("below", "0.001") + "," +
+      R"({"name":"plate","type":"rigid","shape":{"box":{"half_extents":[0.25,0.1,0.25]}},"mass":)" + mass +
+      R"(,"position":[-0.03,0.402,0]},)" + block("above", "0.503") + "]}");
+  Progress quiet;
+  double height = 0.402, moved = 0.0;
+  while (!simulation->finished()) {
+    const Snapshot frame = simulation->step(quiet);
+    ASSERT_TRUE(frame.metrics.feasible) << frame.t;
+    ASSERT_LE(frame.metrics.max_penetration, 1e-3 * 0.15) << frame.t;
+    moved = std::abs(frame.bodies[2].position.y() - std::exchange(height, frame.bodies[2].position.y()));
+  }
+  EXPECT_LE(moved, 0.01 / 60.0);
+  EXPECT_NEAR(height, 0.4, 0.02);
+}
+INSTANTIATE_TEST_SUITE_P(Masses, Sandwich, testing::Values(1.0, 10.0, 100.0, 1000.0));
 
 }  // namespace
 }  // namespace isochor
