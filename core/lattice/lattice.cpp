@@ -110,12 +110,40 @@ double wanted_volume(const Lattice& lattice, double threshold) {
   return volume;
 }
 
+/// How far scaling about a centre by 1 + ε moves the sides of the kept cells, in cells and divided by ε:
+/// outward, on average, and either way.
+struct Motion {
+  double outward = 0.0, any_way = 0.0;
+};
+
+Motion motion_about(const Vec3& centre, const Lattice& lattice) {
+  const Vec3i& size = lattice.grid.size;
+  Motion sum;
+  double sides = 0.0;
+  for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
+    if (lattice.kept[cell] == 0) return;
+    const Vec3i at(i, j, k);
+    std::int64_t stride = 1;
+    for (int axis = 0; axis < 3; stride *= size[axis++])
+      for (const int side : {0, 1}) {
+        const bool last = at[axis] == (side == 0 ? 0 : size[axis] - 1);
+        if (!last && lattice.kept[cell + (side == 0 ? -stride : stride)] != 0) continue;
+        const double distance = at[axis] + side - centre[axis];
+        sum.outward += side == 0 ? -distance : distance;
+        sum.any_way += std::abs(distance);
+        sides += 1.0;
+      }
+  });
+  return {sum.outward / sides, sum.any_way / sides};
+}
+
 // A flat side is kept or dropped as a whole layer, so that a box is off by up to half a cell a side whatever
 // the resolution. Scaling all of the lattice about the centroid of its cells corrects the volume and keeps
 // every angle. Where few cells are full, parts are thinner than cells, and the volume is no matter of
-// rounding.
+// rounding. The two sides of a wall move the same way, and a wide shell would leave its place for a little
+// volume: its sides move by half a cell at most.
 void fit_volume(double threshold, Lattice& lattice) {
-  constexpr double tolerance = 0.02, solid = 1.0 / 3.0;
+  constexpr double tolerance = 0.02, solid = 1.0 / 3.0, half_a_cell = 0.5;
   Vec3 sum = Vec3::Zero();
   std::int64_t full = 0;
   for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
@@ -125,10 +153,14 @@ void fit_volume(double threshold, Lattice& lattice) {
   });
   const auto kept = static_cast<double>(lattice.kept_count);
   if (static_cast<double>(full) < solid * kept) return;
+  const Vec3 centre = sum / kept;
   const double wanted = wanted_volume(lattice, threshold);
   const double volume = std::clamp(kept, (1.0 - tolerance) * wanted, (1.0 + tolerance) * wanted);
-  lattice.scale = std::cbrt(volume / kept);
-  lattice.grid.origin += (1.0 - lattice.scale) * lattice.grid.spacing * (sum / kept);
+  const Motion motion = motion_about(centre, lattice);
+  const bool is_shell = motion.outward < motion.any_way / 3.0;
+  const double most = is_shell ? half_a_cell / motion.any_way : 1.0;
+  lattice.scale = std::clamp(std::cbrt(volume / kept), 1.0 - most, 1.0 + most);
+  lattice.grid.origin += (1.0 - lattice.scale) * lattice.grid.spacing * centre;
   lattice.grid.spacing *= lattice.scale;
 }
 

@@ -112,6 +112,21 @@ TEST(Lattice, FitsTheVolumeOfASlabWhoseSidesFallBetweenCells) {
   EXPECT_EQ(make_lattice(volume_on(extent, leaf), box_of(extent), options, progress).scale, 1.0);
 }
 
+/// A hollow box with walls of two cells of which one is kept, from 30 to 31 cells off the middle: twice its
+/// volume would put it where it is not.
+TEST(Lattice, MovesTheSidesOfAWideShellByHalfACell) {
+  const Vec3i extent = Vec3i::Constant(128);
+  const auto shell = [](const Vec3& p) {
+    const double r = (p - Vec3::Constant(64.0)).cwiseAbs().maxCoeff();
+    return r > 59.0 && r < 63.0;
+  };
+  Progress progress;
+  LatticeOptions options;
+  options.cells = 64;
+  const Lattice lattice = make_lattice(volume_on(extent, shell), box_of(extent), options, progress);
+  EXPECT_NEAR(30.5 * (lattice.scale - 1.0), 0.5, 0.02);
+}
+
 TEST(Lattice, LargestOnlyDropsTheRest) {
   const Vec3i extent(24, 12, 12);
   const PseudoVolume volume = volume_on(extent, [](const Vec3& x) {
