@@ -73,8 +73,10 @@ std::optional<Refusal> check_origin(const Head& head, const AccessPolicy& policy
 }
 
 std::optional<Refusal> check_token(const Head& head, const AccessPolicy& policy) {
+  constexpr std::string_view scheme = "bearer ";  // in any case (RFC 9110, 11.1)
   const auto given = values(head, "authorization");
-  if (given.size() == 1 && equal_in_constant_time(given.front(), "Bearer " + policy.token))
+  if (given.size() == 1 && lower_case(given.front().substr(0, scheme.size())) == scheme &&
+      equal_in_constant_time(given.front().substr(scheme.size()), policy.token))
     return std::nullopt;
   return Refusal{401, "token", "a request that changes state needs this launch's token",
                  "send Authorization: Bearer with the token that the server printed or put into its page"};

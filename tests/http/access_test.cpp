@@ -135,9 +135,9 @@ TEST(Access, TheTokenOfThisLaunch) {
   const auto with = [](const std::string& value) {
     return status(check_token(head({{"authorization", value}}), policy));
   };
-  EXPECT_EQ(with("Bearer secret"), 200);
+  for (const char* value : {"Bearer secret", "bearer secret"}) EXPECT_EQ(with(value), 200) << value;
   for (const char* value : {"", "secret", "Bearer", "Bearer ", "Bearer secre", "Bearer secrets",
-                            "Bearer Secret", "bearer secret", "Basic secret", "Bearer  secret"})
+                            "Bearer Secret", "Bearer\tsecret", "Basic secret", "Bearer  secret"})
     EXPECT_EQ(with(value), 401) << value;
   EXPECT_EQ(status(check_token(head({}), policy)), 401);
   EXPECT_EQ(
