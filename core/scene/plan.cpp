@@ -14,8 +14,8 @@ namespace {
 /// Substeps up to which symplectic Euler is both the cheapest and by far the most accurate choice.
 constexpr int cheap_substeps = 15;
 /// Where deformable bodies meet: those stepped implicitly are pushed apart against their springs, which then
-/// hold more energy than the impact had.
-constexpr int meeting_substeps = 60;
+/// hold more energy than the impact had. Stacks of them are halted, or gain energy and go into each other.
+constexpr int meeting_substeps = 400;
 /// Where a body that is no box may touch rigid ones: the implicit solve's preconditioner is a box, and
 /// contacts take a hundred solves of hundreds of iterations.
 constexpr int awkward_substeps = 100;
@@ -93,8 +93,8 @@ class Planner {
   }
 
   int affordable_substeps(const SceneSoftBody& soft) const {
-    if (world_.rigid.size() > 0 && !fills_its_box(*soft.body.mesh)) return awkward_substeps;
-    return world_.surfaces ? meeting_substeps : cheap_substeps;
+    if (world_.surfaces) return meeting_substeps;
+    return world_.rigid.size() > 0 && !fills_its_box(*soft.body.mesh) ? awkward_substeps : cheap_substeps;
   }
 
   std::string why(const SceneSoftBody& soft, double needed, SpringIntegrator chosen) const {

@@ -291,7 +291,8 @@ TEST_P(Sandwich, StaysAsItIsAndComesToRest) {
            R"(,-0.225]},"edge_stiffness":1e5,"diagonal_stiffness":1e4,"damping":0.02})";
   };
   const auto simulation = compile_text(
-      R"({"duration":1.5,"bodies":[)" + std::string(floor_plane) + "," + block("below", "0.001") + "," +
+      R"({"duration":1.5,"solver":{"springs":"implicit"},"bodies":[)" + std::string(floor_plane) + "," +
+      block("below", "0.001") + "," +
       R"({"name":"plate","type":"rigid","shape":{"box":{"half_extents":[0.25,0.1,0.25]}},"mass":)" + mass +
       R"(,"position":[-0.03,0.402,0]},)" + block("above", "0.503") + "]}");
   Progress quiet;

@@ -131,6 +131,39 @@ TEST_P(SoftStack, ComesToRest) {
 
 INSTANTIATE_TEST_SUITE_P(Of, SoftStack, testing::Values(2, 3));
 
+/// Blocks whose damping asks for 354 substeps a frame, with plates below, between or on them.
+class MixedStack : public testing::TestWithParam<const char*> {};
+TEST_P(MixedStack, GainsNoEnergyAndStaysApart) {
+  const std::string layers = GetParam();
+  std::string bodies = ground;
+  double top = 0.001;
+  for (const char layer : layers) {
+    const std::string name = layer + std::to_string(top);
+    if (layer == 's')
+      bodies += R"(,{"name":")" + name +
+                R"(","type":"deformable","lattice":{"cells":[3,2,3],"cell_size":0.15,"origin":)" +
+                text(Vec3(-0.225, top, -0.225)) +
+                R"(},"edge_stiffness":1e5,"diagonal_stiffness":1e4,"damping":0.02})";
+    else
+      bodies += R"(,{"name":")" + name +
+                R"(","type":"rigid","shape":{"box":{"half_extents":[0.25,0.1,0.25]}},"mass":)" +
+                (layer == 'r' ? "3" : "100") + R"(,"position":)" + text(Vec3(0.03, top + 0.1, 0)) + "}";
+    top += layer == 's' ? 0.301 : 0.201;
+  }
+  const auto simulation = compile_text(R"({"duration":0.15,"bodies":[)" + bodies + "]}");
+  Progress quiet;
+  Snapshot frame = simulation->snapshot();
+  const double energy = frame.metrics.kinetic_energy + frame.metrics.potential_energy;
+  while (!simulation->finished()) {
+    frame = simulation->step(quiet);
+    EXPECT_TRUE(frame.metrics.feasible) << frame.t;
+    EXPECT_LE(frame.metrics.max_penetration, 1e-3 * 0.15) << frame.t;
+    EXPECT_LE(frame.metrics.kinetic_energy + frame.metrics.potential_energy, energy) << frame.t;
+    EXPECT_LE(10 * frame.metrics.recoveries, frame.metrics.substeps) << frame.t;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Of, MixedStack, testing::Values("sss", "srss", "srrs"));
+
 /// s = v²/(2μg) on a slab that is held; both surfaces have μ.
 TEST(SoftFriction, ABlockSlidesOnASlabAsFarAsFrictionLetsIt) {
   const double friction = 0.3, speed = 2.0;
