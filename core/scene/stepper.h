@@ -15,6 +15,7 @@ class Stepper {
 
  private:
   /// That of the volumes, of a substep of h that ends no frame.
+  double asked_tolerance() const;
   double tolerance_within_frame(double h) const;
   /// In as many parts as the joints of rigid bodies ask for.
   void advance_jointed(double h);
