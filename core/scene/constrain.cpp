@@ -19,6 +19,8 @@ constexpr int max_lift_rounds = 10;
 /// Cells that lifts may move a particle from where it would have gone alone.
 constexpr double far_away = 2.0;
 constexpr int max_recovery_rounds = 30;
+/// Error of a cell after a projection from which no round of contacts or lifts leads back.
+constexpr double burst = 1e3;
 
 ProjectionRequest make_request(const Substep& step, SceneSoftBody& soft) {
   ProjectionRequest request;
@@ -57,7 +59,7 @@ ProjectionResult project_with_contacts(const Substep& step, SceneSoftBody& soft)
     // Last, with the rigid bodies where they are: nothing is left inside them.
     if (round + 1 < max_contact_rounds && !step.held) request.carriers = contacts.carriers();
     result = project(step, soft, request);
-    if (contacts.empty() && round > 0) break;
+    if ((contacts.empty() && round > 0) || has_burst(result)) break;
   }
   contacts.take_forces();
   return result;
@@ -70,26 +72,15 @@ void find_inverted(const Substep& step, SceneSoftBody& soft, const ProjectionRes
   });
 }
 
-/// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame. That is no
-/// cure.
-bool throws_a_particle(const Substep& step, const SoftBody& body) {
-  const double farthest = far_away * body.cell_size;
-  for (std::size_t i = 0; i < body.size(); ++i) {
-    const Vec3 moved = body.positions.at(i) - body.start_positions.at(i);
-    if (!((moved - step.h * body.velocities.at(i)).norm() <= farthest)) return true;
-  }
-  return false;
-}
-
 /// Lifts inverted tets, each time followed by contacts and volume; what then still is, the stepper halves the
 /// substep for. True when there were any.
 template <class Meet>
 bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
   find_inverted(step, soft, soft.projection);
-  if (!soft.inverted || soft.began_inverted || !step.may_lift) return false;
+  if (!soft.inverted || soft.began_inverted || !step.may_lift || has_burst(soft.projection)) return false;
   ++step.stats.recoveries;
   soft.recovered = true;
-  for (int round = 0; round < max_lift_rounds && soft.inverted; ++round) {
+  for (int round = 0; round < max_lift_rounds && soft.inverted && !has_burst(soft.projection); ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       ProjectionRequest request = make_request(step, soft);
       if (soft.contacts) request.blocked_forces = soft.contacts->blocked_forces();
@@ -104,6 +95,19 @@ bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
 }
 
 }  // namespace
+
+bool has_burst(const ProjectionResult& result) {
+  return !result.converged && result.max_error > burst;
+}
+
+bool throws_a_particle(const Substep& step, const SoftBody& body) {
+  const double farthest = far_away * body.cell_size;
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    const Vec3 moved = body.positions.at(i) - body.start_positions.at(i);
+    if (!((moved - step.h * body.start_velocities.at(i)).norm() <= farthest)) return true;
+  }
+  return false;
+}
 
 bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
   ParticleContacts& contacts = *soft.contacts;
@@ -278,6 +282,7 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft) {
     });
     find_inverted(step, soft, project(step, soft, request));
   }
+  if (!soft.began_inverted) soft.inverted |= throws_a_particle(step, body);
 }
 
 }  // namespace isochor

@@ -172,12 +172,14 @@ bool EnergyGuard::can_halt_group(int group) const {
 
 /// Between what presses, where springs are too weak to tell. Once it has none, whatever turns tets over,
 /// though it keeps their volume, is a way out that there is not.
-bool EnergyGuard::has_no_room(int group, bool feasible) const {
+bool EnergyGuard::has_no_room(const Substep& step, int group, bool feasible) const {
   if (!groups_.traits(group).pinched) return false;
   bool result = false;
   for_soft(group, [&](const SceneSoftBody& soft) {
     const bool turned = soft.inverted && !soft.began_inverted;
-    result |= feasible ? turned && soft.halts_in_a_row > 0 : turned || is_torn(soft.body);
+    const bool thrown = throws_a_particle(step, soft.body);
+    result |= feasible ? (turned && soft.halts_in_a_row > 0) || (soft.inverted && thrown)
+                       : turned || thrown || is_torn(soft.body);
   });
   return result;
 }
@@ -185,23 +187,23 @@ bool EnergyGuard::has_no_room(int group, bool feasible) const {
 void EnergyGuard::hold(const Substep& step) {
   for (std::size_t s = 0; s < world_.soft.size(); ++s) {
     const int group = groups_.of_soft(s);
-    bool first = true, judged = false, inverted = false, feasible = true;
+    bool first = true, judged = false, inverted = false, feasible = true, burst = false;
     for (std::size_t before = 0; before < s; ++before) first &= groups_.of_soft(before) != group;
     if (!first) continue;
     for_soft(group, [&](const SceneSoftBody& soft) {
       judged |= !soft.finished && (soft.recovered || is_in_contact(soft));
       inverted |= soft.inverted;
       feasible &= soft.projection.converged;
+      burst |= has_burst(soft.projection) && is_torn(soft.body);
     });
     if (!judged && !inverted) {
       for_soft(group, [](SceneSoftBody& soft) { soft.spring_energy.reset(), soft.gained = 0.0; });
       continue;
     }
     const bool may_halt = can_halt_group(group);
-    const bool no_room = has_no_room(group, feasible);
-    const double left = (inverted && may_halt) || no_room ? 0.0 : judge(step, group);
-    if (no_room || std::isinf(left) ||
-        (may_halt ? inverted || left > round_off : feasible && left > blown_up))
+    const bool lost = burst || has_no_room(step, group, feasible);
+    const double left = (inverted && may_halt) || lost ? 0.0 : judge(step, group);
+    if (lost || std::isinf(left) || (may_halt ? inverted || left > round_off : feasible && left > blown_up))
       halt(step, group);
     else
       for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });

@@ -46,7 +46,7 @@ class EnergyGuard {
   /// At which surfaces that it comes out of move it, whatever energy that takes; 0 where it does not.
   double emerging_speed(int group) const;
   bool can_halt_group(int group) const;
-  bool has_no_room(int group, bool feasible) const;
+  bool has_no_room(const Substep& step, int group, bool feasible) const;
   Sums sum(int group, At when, bool turning) const;
   double spring_energy_at(SceneSoftBody& soft, At when) const;
   double work_of_anchor(const Substep& step, int group, const Sums& start, const Sums& end) const;

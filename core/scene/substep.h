@@ -41,6 +41,11 @@ bool constrain_again(const Substep& step, SceneSoftBody& soft);
 void constrain_in_turns(const Substep& step);
 /// One round of that active set; true when it has changed, and the volume with it.
 bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round);
+/// Cells have been pulled apart so far that no contact and no lift leads back.
+bool has_burst(const ProjectionResult& result);
+/// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame. That is no
+/// cure.
+bool throws_a_particle(const Substep& step, const SoftBody& body);
 /// The volume alone, contacts with rigid bodies held.
 void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance);
 /// Of a body that stands where an earlier substep, of a larger tolerance, has left it. Velocities stay.
