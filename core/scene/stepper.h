@@ -14,8 +14,9 @@ class Stepper {
   StepStats frame(double seconds, const Progress& progress);
 
  private:
-  /// That of the volumes, of a substep of h that ends no frame.
+  /// Of the volumes at a frame's end.
   double asked_tolerance() const;
+  /// Of the volumes after a substep of h that ends no frame.
   double tolerance_within_frame(double h) const;
   /// In as many parts as the joints of rigid bodies ask for.
   void advance_jointed(double h);
