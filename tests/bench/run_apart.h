@@ -10,7 +10,7 @@ struct Apart {
   Tets mesh;
   double seconds = 0.0;  ///< of CPU
   std::string
-      failure;  ///< its own reason, "crashed (signal 11)" or "nothing within 30 s"; empty when it gave tets
+      failure;  ///< its own reason, "crashed (signal 11)" or "nothing within 120 s"; empty when it gave tets
 };
 Apart run_apart(const std::function<Tets()>& mesher, int seconds_allowed);
 
