@@ -12,7 +12,8 @@
 namespace isochor {
 namespace {
 
-constexpr int max_halvings = 8;
+constexpr double least_share = 1.0 / 256.0;  ///< of a move; less is none
+constexpr double regrowth = 2.0;             ///< of a share from one iteration to the next
 constexpr std::int64_t grain = 512;
 
 // A hair above the floor, so that the final rescaling's round-off stays above it.
@@ -48,7 +49,7 @@ MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double
     return std::ranges::any_of(tet, [&](std::int32_t v) { return graph.index[v] >= 0; });
   });
   const std::size_t n = graph.vertices.size();
-  share_.resize(n), limited_.resize(n, 0), chosen_.resize(n, 0), seen_.resize(tets_.size(), 0);
+  share_.resize(n, 1.0), limited_.resize(n, 0), chosen_.resize(n, 0), seen_.resize(tets_.size(), 0);
   const auto for_corners = [&](auto&& visit) {
     for (std::size_t t = 0; t < tets_.size(); ++t)
       for (const std::int32_t v : tets_[t])
@@ -65,11 +66,12 @@ MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double
 void MoveLimiter::apply(std::span<const Vec3> moves, std::vector<Vec3>& positions, const Progress& progress) {
   std::vector<Vec3> start(moves.size());
   for (std::size_t b = 0; b < start.size(); ++b) start[b] = positions[graph_.vertices[b]];
-  std::ranges::fill(share_, 1.0);
+  // A vertex at the floor is likely to stay there: from the whole move it would need every halving anew.
+  for (double& share : share_) share = std::min(1.0, regrowth * std::max(share, least_share));
   changed_.resize(moves.size()), touched_.resize(tets_.size());
   std::iota(changed_.begin(), changed_.end(), 0);
   std::iota(touched_.begin(), touched_.end(), 0);
-  for (int round = 0;; ++round) {
+  while (true) {
     progress.throw_if_cancelled();
     parallel_for(std::ssize(changed_), grain, [&](std::int64_t begin, std::int64_t end) {
       for (auto n = begin; n < end; ++n) {
@@ -80,7 +82,7 @@ void MoveLimiter::apply(std::span<const Vec3> moves, std::vector<Vec3>& position
     bad_.resize(touched_.size());
     parallel_for(std::ssize(touched_), grain,
                  [&](std::int64_t begin, std::int64_t end) { judge(begin, end, positions); });
-    if (!shorten(round >= max_halvings)) return;
+    if (!shorten()) return;
     touch_changed();
   }
 }
@@ -98,7 +100,7 @@ void MoveLimiter::judge(std::int64_t begin, std::int64_t end, const std::vector<
 }
 
 // The moves of the bad tets' vertices. False when there was nothing left to shorten.
-bool MoveLimiter::shorten(bool drop) {
+bool MoveLimiter::shorten() {
   changed_.clear();
   for (std::size_t n = 0; n < touched_.size(); ++n) {
     if (bad_[n] == 0) continue;
@@ -108,7 +110,7 @@ bool MoveLimiter::shorten(bool drop) {
     }
   }
   for (const std::int32_t b : changed_) {
-    share_[b] = drop ? 0.0 : 0.5 * share_[b];
+    share_[b] = share_[b] > least_share ? 0.5 * share_[b] : 0.0;
     limited_[b] = 1, chosen_[b] = 0;
   }
   return !changed_.empty();

@@ -10,8 +10,8 @@
 namespace isochor {
 
 /// Keeps moves of boundary vertices from spoiling tets. In Jacobi rounds, free of any order, the moves of all
-/// vertices of tets under the floor are halved, at most 8 times, then dropped; so a tet ends above the floor
-/// or as it was.
+/// vertices of tets under the floor are halved down to 1/256, then dropped; so a tet ends above the floor or
+/// as it was. A vertex begins with twice the share of its last move.
 class MoveLimiter {
  public:
   MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double min_dihedral_deg);
@@ -24,7 +24,7 @@ class MoveLimiter {
 
  private:
   void judge(std::int64_t begin, std::int64_t end, const std::vector<Vec3>& positions);
-  bool shorten(bool drop);
+  bool shorten();
   void touch_changed();
   std::span<const std::int32_t> tets_of(std::int32_t v) const {
     return {tets_of_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
@@ -34,7 +34,7 @@ class MoveLimiter {
   std::vector<Tet> tets_;                      ///< those with a boundary vertex
   std::vector<std::int32_t> first_, tets_of_;  ///< see tets_of()
   double squared_cosine_, scale_;
-  std::vector<double> share_;                ///< of the move, a boundary vertex
+  std::vector<double> share_;                ///< of the last move, a boundary vertex
   std::vector<std::uint8_t> limited_;        ///< a boundary vertex
   std::vector<std::int32_t> changed_;        ///< boundary vertices that this round moves
   std::vector<std::int32_t> touched_;        ///< tets around them
