@@ -163,7 +163,9 @@ struct Study {
   }
 };
 
-constexpr int reference_index = -1, not_recorded = -2;
+/// Which run it is of the same settings.
+enum class RunKind { reference, first, repeated };
+
 constexpr double slow_run_seconds = 10.0;
 constexpr double wild_energy = 1000.0;  ///< as an error
 
@@ -172,7 +174,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-Run measured_run(Study& study, const SceneSettings& settings, int index, const std::string& phase) {
+Run measured_run(Study& study, const SceneSettings& settings, RunKind kind, const std::string& phase) {
   const SceneReportOptions& options = study.options;
   const Clock::time_point start = Clock::now();
   const auto simulation = study.build(settings);
@@ -181,11 +183,10 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, const s
     study.points = choose_material_points(simulation->topology(), options.material_points);
     study.scales = scene_scales(*simulation);
   }
-  const bool recorded = index != not_recorded;
-  if (recorded && options.on_start) options.on_start(index, *simulation);
-  FrameSink sink;
-  if (recorded && options.on_frame)
-    sink = [&, index](const Snapshot& frame) { options.on_frame(index, frame); };
+  const bool recorded = kind != RunKind::repeated;
+  if (recorded && options.on_start)
+    options.on_start(kind == RunKind::first ? std::optional(settings) : std::nullopt, *simulation);
+  const FrameSink sink = recorded ? options.on_frame : nullptr;
   Stalls stalls;
   Clock::time_point frame = Clock::now();
   Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double share) {
@@ -196,6 +197,7 @@ Run measured_run(Study& study, const SceneSettings& settings, int index, const s
   const double taken = seconds_since(start) - stalls.lost();
   study.pace.end_run(cost_place(settings), taken, built + (taken - built) / run.share);
   study.pace.lose(stalls.lost());
+  if (recorded && options.on_end) options.on_end();
   return run;
 }
 
@@ -296,22 +298,23 @@ void add_times(const std::vector<std::vector<double>>& frame_ms, ScenePoint& poi
 
 /// The reference, and how far it is from itself at half its substeps.
 void run_reference(Study& study, ScenePoint& reference) {
-  study.reference = measured_run(study, reference.settings, reference_index, "reference");
+  study.reference = measured_run(study, reference.settings, RunKind::reference, "reference");
   describe(study.reference, reference);
   add_times({study.reference.frame_ms}, reference);
-  const Run coarser = measured_run(study, at_half_the_substeps(reference.settings), not_recorded,
+  const Run coarser = measured_run(study, at_half_the_substeps(reference.settings), RunKind::repeated,
                                    "reference at twice its step");
   reference.errors = compare(coarser, study.reference, study.scales);
 }
 
-ScenePoint run_point(Study& study, const SceneSettings& settings, int index, const std::string& phase) {
+ScenePoint run_point(Study& study, const SceneSettings& settings, const std::string& phase) {
   const int repeats = std::max(1, study.options.repeats);
   ScenePoint point;
   point.settings = settings;
   std::vector<std::vector<double>> frame_ms;
   try {
     while (std::ssize(frame_ms) < repeats) {
-      const Run run = measured_run(study, settings, frame_ms.empty() ? index : not_recorded, phase);
+      const Run run =
+          measured_run(study, settings, frame_ms.empty() ? RunKind::first : RunKind::repeated, phase);
       frame_ms.push_back(run.frame_ms);
       if (frame_ms.size() > 1) continue;
       describe(run, point);
@@ -324,7 +327,8 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, int index, con
       if (point.outcome == Outcome::blew_up || run.seconds() > slow_run_seconds) break;
     }
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::cancelled) throw;
+    // A recording that cannot be written says nothing of the point.
+    if (error.code() == ErrorCode::cancelled || error.code() == ErrorCode::cannot_write) throw;
     point.outcome = Outcome::failed;
     point.reason = error.what();
     for (const SceneErrorField& field : scene_error_fields()) point.errors.*field.value = not_measured;
@@ -342,14 +346,10 @@ bool settled(const std::optional<ScenePoint>& point) {
   return point && point->outcome != Outcome::failed;
 }
 
-/// The points of an earlier run stay, where the axes do not ask for them, too. Those of a whole one keep
-/// their places, by which their recordings are named.
+/// The points of an earlier run stay, where the axes do not ask for them, too.
 void add_earlier(const SceneReport& earlier, std::vector<SceneSettings>& grid) {
-  std::vector<SceneSettings> before;
-  std::ranges::transform(earlier.points, std::back_inserter(before), &ScenePoint::settings);
-  if (earlier.complete) std::swap(before, grid);
-  for (const SceneSettings& settings : before)
-    if (std::ranges::find(grid, settings) == grid.end()) grid.push_back(settings);
+  for (const ScenePoint& point : earlier.points)
+    if (std::ranges::find(grid, point.settings) == grid.end()) grid.push_back(point.settings);
 }
 
 /// The reference of an earlier run, where it is at least as fine as the wanted one.
@@ -408,7 +408,7 @@ void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& 
   for (std::size_t i : revealing_order(places)) {
     if (settled(done[i])) continue;
     const std::string phase = "point " + std::to_string(++number) + " of " + std::to_string(grid.size());
-    done[i] = run_point(study, grid[i], static_cast<int>(i), phase);
+    done[i] = run_point(study, grid[i], phase);
     collect();
     if (study.options.on_point) study.options.on_point(report);
   }

@@ -82,10 +82,11 @@ struct SceneReportOptions {
   SceneReport earlier;
   /// Called after each point, so that a caller can keep what is done.
   std::function<void(const SceneReport&)> on_point;
-  /// Called at the start of a point's first repeat, and of the reference (point −1), then with each frame, so
-  /// that a caller can record them.
-  std::function<void(int point, const Simulation&)> on_start;
-  std::function<void(int point, const Snapshot&)> on_frame;
+  /// Called at the start of a point's first repeat, and of the reference (without settings), then with each
+  /// frame, then when there are no more, so that a caller can record them.
+  std::function<void(const std::optional<SceneSettings>&, const Simulation&)> on_start;
+  std::function<void(const Snapshot&)> on_frame;
+  std::function<void()> on_end;
 };
 
 /// Before anything runs: throws invalid_argument when the scene has no end, over_budget when the material

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
 
 #include "core/export/atomic_file.h"
@@ -15,7 +14,7 @@
 #include "server/cli/data_folder.h"
 #include "server/cli/input.h"
 #include "server/cli/parameter_options.h"
-#include "server/messages/frame_codec.h"
+#include "server/cli/recording.h"
 #include "server/messages/report_messages.h"
 #include "server/problem.h"
 #include "server/report/report_page.h"
@@ -73,28 +72,22 @@ class PartWriter {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Recordings of the reference and of each point's first repeat, as `simulate` writes them.
+/// Recordings of the reference and of each point's first repeat, as `simulate` writes them. A name depends on
+/// the point alone, so that those of an earlier run into the folder are never taken for others.
 class PointRecorder {
  public:
   explicit PointRecorder(fs::path folder) : folder_(std::move(folder)) { make_folder(folder_); }
 
-  void start(int point, const Simulation& simulation) {
-    file_.close();
-    file_.clear();
-    const std::string name = point < 0 ? "reference" : fmt::format("point-{:03}", point);
-    file_.open(folder_ / (name + ".ndjson"), std::ios::binary);
-    file_ << encode_hello(simulation, Encoding::f64);
+  void start(const std::optional<SceneSettings>& point, const Simulation& simulation) {
+    const fs::path file = folder_ / ((point ? point_name(*point) : "reference") + ".ndjson");
+    recording_ = make_recording(simulation, {file.string(), Encoding::f64, {}});
   }
-  void add(const Snapshot& frame) {
-    file_ << encode_frame(frame, Encoding::f64);
-    if (!file_)
-      throw Error(ErrorCode::cannot_write, "cannot write a recording into " + folder_.string(),
-                  "free some space, or leave out --recordings");
-  }
+  void add(const Snapshot& frame) { recording_->add(frame); }
+  void end() { recording_->finish(); }
 
  private:
   fs::path folder_;
-  std::ofstream file_;
+  std::unique_ptr<Recording> recording_;
 };
 
 void note_interruption(CliContext& context) {
@@ -218,8 +211,11 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
   std::unique_ptr<PointRecorder> recorder;
   if (command.recordings) {
     recorder = std::make_unique<PointRecorder>(folder / "recordings");
-    options.on_start = [&](int point, const Simulation& simulation) { recorder->start(point, simulation); };
-    options.on_frame = [&](int, const Snapshot& frame) { recorder->add(frame); };
+    options.on_start = [&](const auto& point, const Simulation& simulation) {
+      recorder->start(point, simulation);
+    };
+    options.on_frame = [&](const Snapshot& frame) { recorder->add(frame); };
+    options.on_end = [&] { recorder->end(); };
   }
   SceneReport report;
   {
@@ -412,7 +408,9 @@ void add_report_command(CLI::App& app, CliContext& context) {
       ->capture_default_str()
       ->group(scene_group);
   command
-      ->add_flag("--recordings", options->recordings, "Keep the frames of the reference and of every point")
+      ->add_flag(
+          "--recordings", options->recordings,
+          "Keep the frames of the reference and of every point that is run, by its name in report.json")
       ->group(scene_group);
   list(mesh_group, "--grid-voxels", options->meshing.voxels, "N,...",
        "Voxels; half and all of --voxels when absent");

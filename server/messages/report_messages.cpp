@@ -108,7 +108,8 @@ Json to_json(const ScenePoint& point) {
   Json errors;
   for (const SceneErrorField& field : scene_error_fields())
     errors[std::string(field.name)] = number(point.errors.*field.value);
-  return {{"settings", to_json(point.settings)},
+  return {{"name", point_name(point.settings)},
+          {"settings", to_json(point.settings)},
           {"series", series_name(point.settings)},
           {"outcome", outcome_name(point.outcome)},
           {"reason", point.reason},
@@ -181,7 +182,6 @@ Report decode_report(std::string_view text, const Json& ours, Point (*decode)(co
     Report report;
     const Json json = Json::parse(text);
     check_provenance(json, ours);
-    report.complete = json.at("complete").get<bool>();
     for (const Json& point : json.at("points")) try {
         report.points.push_back(decode(point));
       } catch (const Error&) {
@@ -259,6 +259,11 @@ std::string_view outcome_name(Outcome outcome) {
 Outcome outcome_of(const MeshingPoint& point) {
   if (!point.problem.empty()) return Outcome::failed;
   return point.incomplete.empty() ? Outcome::converged : Outcome::infeasible;
+}
+
+std::string point_name(const SceneSettings& s) {
+  return fmt::format("{}-{}-{}-{}-x{}", solver_name(s.solver), springs_name(s.springs), s.substeps,
+                     s.tolerance, s.resolution);
 }
 
 std::string series_name(const SceneSettings& s) {

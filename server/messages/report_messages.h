@@ -43,6 +43,8 @@ std::string_view springs_name(SpringIntegrator springs);
 std::string_view outcome_name(Outcome outcome);
 /// Infeasible: there is a model, but an incomplete one.
 Outcome outcome_of(const MeshingPoint& point);
+/// Of a file that belongs to the point: no two points share it.
+std::string point_name(const SceneSettings& settings);
 /// What the points of one curve share: they differ in the step only.
 std::string series_name(const SceneSettings& settings);
 /// What all points of a fitted order have in common.

@@ -214,7 +214,7 @@ std::string_view api_schemas() {
 "Spread": {"type": "object", "required": ["median", "min", "max"],
   "additionalProperties": {"type": ["number", "null"]}},
 "ReportPoint": {"type": "object", "required": ["settings", "series", "outcome", "reason", "errors", "ms_per_step"],
-  "properties": {"settings": {"type": "object"}, "series": {"type": "string"},
+  "properties": {"name": {"type": "string", "description": "Of its recording"}, "settings": {"type": "object"}, "series": {"type": "string"},
     "outcome": {"enum": ["converged", "infeasible", "blew_up", "failed"]}, "reason": {"type": "string"},
     "errors": {"type": "object", "additionalProperties": {"type": ["number", "null"]}},
     "ms_per_step": {"$ref": "#/components/schemas/Spread"},

@@ -2,6 +2,7 @@
 import base64
 import csv
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -105,8 +106,8 @@ class ReportErrors(ProgramTest):
         report = self.run_json("report", self.file("scene.json", json.dumps(scene)), "-o", out, "--repeats", "1",
                                "--refinement", "4", "--recordings", "--resolutions", "1", *axes)
         reference = Recording(out / "recordings" / "reference.ndjson")
-        for number, point in enumerate(report["points"]):
-            run = Recording(out / "recordings" / f"point-{number:03}.ndjson")
+        for point in report["points"]:
+            run = Recording(out / "recordings" / (point["name"] + ".ndjson"))
             for name, value in recomputed(run, reference, scene["duration"]).items():
                 with self.subTest(point=point["series"], error=name):
                     self.assertAlmostEqual(point["errors"][name], value, delta=1e-6 * value + 1e-12)
@@ -179,15 +180,21 @@ class Report(ProgramTest):
             self.assertEqual(len(resumed["points"]), 1 + sum(p["outcome"] != "failed" for p in whole["points"]))
 
     def test_of_other_axes_resumed_keeps_the_recordings(self):
+        """Of a run that was interrupted, whose points have other places in the whole one."""
         out = self.folder / "report"
-        scene = (self.file("scene.json", json.dumps(SPINNING)), "--solvers", "newton", "--tolerances", "1e-6", "--resolutions",
-                 "1", "--refinement", "4", "--repeats", "1", "--recordings", "-o", out)
-        self.run_json("report", *scene, "--substeps", "4,8")
-        before = [(out / "recordings" / f"point-00{k}.ndjson").read_bytes() for k in range(2)]
-        points = self.run_json("report", *scene, "--substeps", "2,8", "--resume")["points"]
-        self.assertEqual([point["settings"]["substeps"] for point in points], [4, 8, 2])
-        self.assertEqual([(out / "recordings" / f"point-00{k}.ndjson").read_bytes() for k in range(2)], before)
-        self.assertEqual(Recording(out / "recordings" / "point-002.ndjson").metric("substeps").max(), 2)
+        scene = (self.file("scene.json", json.dumps({**SPINNING, "bodies": [cube(6, angular_velocity=[1, 2, 3])]})), "--solvers",
+                 "newton", "--tolerances", "1e-4,1e-8", "--resolutions", "1", "--refinement", "1", "--repeats", "1", "--recordings")
+        part = self.interrupt(out, *scene, "--substeps", "1,2,4,8,16")
+        names = {point["name"] + ".ndjson" for point in part["points"]} | {"reference.ndjson"}
+        files = out / "recordings"
+        self.assertEqual(set(os.listdir(files)), names)  # none of what was interrupted
+        before = {name: (files / name).read_bytes() for name in names - {"reference.ndjson"}}
+        whole = self.run_json("report", *scene, "--substeps", "3,16", "-o", out, "--resume")
+        self.assertEqual(before, {name: (files / name).read_bytes() for name in before})
+        for point in whole["points"]:
+            run = Recording(files / (point["name"] + ".ndjson"))
+            self.assertEqual(run.metric("substeps").max(), point["settings"]["substeps"])
+            self.assertEqual(run.metric("max_cell_volume_error")[1:].max(), point["errors"]["max_cell_volume"])
 
     def test_of_finer_steps_does_not_replace_what_a_coarser_reference_gave(self):
         out = self.folder / "report"

@@ -282,7 +282,7 @@ TEST_F(CancelledReport, LosesNothingOfAResumedRun) {
   const SceneReport whole = report_scene(scene, options, progress);
   options.axes = only_substeps({1, 2, 4, 3});  // none finer: the same reference
   options.earlier = whole;
-  options.on_start = [&](int, const Simulation&) { cancel = true; };  // in the reference
+  options.on_start = [&](const auto&, const Simulation&) { cancel = true; };  // in the reference
   const SceneReport part = report_scene(scene, options, progress);
   EXPECT_FALSE(part.complete);
   EXPECT_EQ(part.points.size(), 3u);
