@@ -15,6 +15,7 @@ struct RigidContact {
   NormalOwner owner = NormalOwner::world;
   double friction = 0.0, restitution = 0.0;
   bool ahead = false;           ///< the bodies are still apart at the start of the step
+  double least_gap = 0.0;       ///< m, at the step's end; below 0 where bodies placed in each other come out
   double approach = 0.0;        ///< m/s at which the bodies met; 0 for a resting contact
   Vec3 impulse = Vec3::Zero();  ///< onto a in the last stage, to start the next one from
 };

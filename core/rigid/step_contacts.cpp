@@ -6,6 +6,9 @@ namespace isochor {
 namespace {
 
 constexpr double same_place = 0.05;  // of the reach: a contact that goes on
+// Bodies placed in each other come out at that rate (1/s) of their depth, or of that part of the smaller
+// reach where they are less deep. Put right at once they would part with the speed depth/h.
+constexpr double emerging_rate = 10.0, shallow = 0.01;
 
 bool by_pair(const RigidContact& p, const RigidContact& q) {
   return pair_of(p) < pair_of(q);
@@ -47,7 +50,21 @@ void StepContacts::find_touching(const StepWorld& world) {
       append_contacts(pair, world.bodies, impact_.manifold, a.state.pose, b.state.pose, contacts);
     else
       apart_.push_back(pair);
+    if (gap >= -world.slop)
+      std::erase(emerging_, pair);
+    else if (!started_)
+      emerging_.push_back(pair);
   }
+  started_ = true;
+  for (RigidContact& contact : contacts) let_emerge(world, contact);
+}
+
+void StepContacts::let_emerge(const StepWorld& world, RigidContact& contact) const {
+  if (std::ranges::find(emerging_, pair_of(contact)) == emerging_.end()) return;
+  const double gap = contact_gap(contact, world.bodies[index(contact.a)].state.pose,
+                                 world.bodies[index(contact.b)].state.pose);
+  const double deep = std::max(-gap, shallow * smaller_reach(world.bodies, pair_of(contact)));
+  contact.least_gap = std::min(0.0, gap + emerging_rate * world.h * deep);
 }
 
 /// Bodies that settle on each other too slowly for an impact: the points where they will.
@@ -122,6 +139,7 @@ bool StepContacts::complete(const StepWorld& world, std::span<const Pose> predic
   }
   for (RigidContact& contact : fresh_) {
     contact.ahead = true;
+    let_emerge(world, contact);
     if (!watched(contact, 1e-2 * smaller_reach(world.bodies, pair_of(contact)))) contacts.push_back(contact);
   }
   if (contacts.size() == before) return false;

@@ -24,12 +24,15 @@ class StepContacts {
 
  private:
   void find_touching(const StepWorld& world);
+  void let_emerge(const StepWorld& world, RigidContact& contact) const;
   void find_ahead(const StepWorld& world);
   void continue_from_last();
   bool watched(const RigidContact& contact, double near) const;
 
   BroadPhase broad_phase_;
-  std::vector<BodyPair> apart_;  ///< pairs that do not touch at the start
+  std::vector<BodyPair> apart_;     ///< pairs that do not touch at the start
+  std::vector<BodyPair> emerging_;  ///< pairs placed in each other, until they are out
+  bool started_ = false;
   Impacts impacts_;
   Impact impact_;
   std::vector<RigidContact> last_;   ///< of the stage before, sorted by pair

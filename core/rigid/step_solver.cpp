@@ -142,7 +142,8 @@ void StepSolver::position_residuals(std::span<const BodyRecord> bodies) {
     for (int i = 0; i < joint.rows(); ++i, ++row) row->residual = error[index(i)] / h_;
   }
   for (const RigidContact& contact : found_.contacts) {
-    row->residual = contact_gap(contact, predicted_[index(contact.a)], predicted_[index(contact.b)]) / h_;
+    const double gap = contact_gap(contact, predicted_[index(contact.a)], predicted_[index(contact.b)]);
+    row->residual = (gap - contact.least_gap) / h_;
     for (int tangent = 1; tangent < 3; ++tangent) row[tangent].residual = rate(row[tangent], bodies);
     row += 3;
   }

@@ -99,6 +99,20 @@ TEST(RigidWorld, LoadsAnswerAlongAndLoseNoMomentum) {
   EXPECT_NEAR(1.0 / world.state(0).inverse_mass, 2.0, 0.0);
 }
 
+/// Put apart at once, two balls 5 cm deep in each other would fly off at depth/h, 50 m/s here.
+TEST(RigidWorld, WhatIsPlacedInAnotherComesOutGently) {
+  RigidWorld world;
+  world.add_body(ball(0.1, 1.0, Vec3::Zero()));
+  world.add_body(ball(0.1, 1.0, {0.15, 0.0, 0.0}));
+  double fastest = 0.0;
+  while (world.time() < 0.5) {
+    world.step(1e-3);
+    fastest = std::max(fastest, world.state(1).velocity.norm());
+  }
+  EXPECT_LT(fastest, 1.0);
+  EXPECT_GT((world.pose(1).position - world.pose(0).position).norm(), 0.2 - 1e-6);
+}
+
 TEST(RigidWorld, MassesThatMakeNoSenseAreRefused) {
   RigidWorld world;
   EXPECT_THROW(world.add_body(ball(0.5, -1.0, Vec3::Zero())), Error);
