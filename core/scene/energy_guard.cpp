@@ -7,6 +7,7 @@
 
 #include "core/collision/contact_response.h"
 #include "core/dynamics/volume_elements.h"
+#include "core/scene/detect_contacts.h"
 
 namespace isochor {
 namespace {
@@ -19,7 +20,8 @@ constexpr double round_off = 1e-9;
 constexpr double blown_up = 1.0;
 /// Then next to nothing is left of its motion, and the same would fail again for ever.
 constexpr int most_halts_in_a_row = 128;
-constexpr double kept = 0.5;  ///< of a halted group's inner motion
+constexpr double kept = 0.5;             ///< of a halted group's inner motion
+constexpr double promised_depth = 1e-3;  ///< cells that a frame leaves inside others
 
 double energy_about(const RigidPart& motion, const SoftBody& body) {
   double energy = 0.0;
@@ -328,23 +330,54 @@ double EnergyGuard::slow_down_about(const RigidPart& motion, int group, double e
   return std::min(excess, energy);
 }
 
+EnergyGuard::Carriage EnergyGuard::carriage_of(int anchor) const {
+  Carriage carriage;
+  if (anchor < 0) return carriage;
+  carriage.from = rigid_start_[static_cast<std::size_t>(anchor)].pose;
+  carriage.to = world_.rigid.pose(anchor);
+  carriage.motion = anchor_motion(world_, anchor);
+  carriage.motion.center = carriage.from.position;
+  return carriage;
+}
+
 // A free group moves by the path of its centre, without turning, so that its energy, momentum and angular
 // momentum are those of the start exactly; an anchored one with its anchor.
-void EnergyGuard::halt(const Substep& step, int group) {
-  ++step.stats.recoveries;
+EnergyGuard::Carriage EnergyGuard::own_carriage(const Substep& step, int group) const {
   const GroupTraits& traits = groups_.traits(group);
-  const Vec3 gained = step.h * (traits.anchored ? Vec3(Vec3::Zero()) : world_.scene.gravity);
-  Pose from, to;
-  RigidPart motion;
-  if (traits.anchor >= 0 && !traits.pinched) {
-    from = rigid_start_[static_cast<std::size_t>(traits.anchor)].pose;
-    to = world_.rigid.pose(traits.anchor);
-    motion = anchor_motion(world_, traits.anchor);
-    motion.center = from.position;
-  } else if (!traits.anchored) {
-    motion = sum(group, At::start, true).common_motion();
-    to.position = step.h * (motion.velocity + 0.5 * gained);
+  if (traits.anchored) return carriage_of(traits.pinched ? -1 : traits.anchor);
+  Carriage carriage;
+  carriage.gained = step.h * world_.scene.gravity;
+  carriage.motion = sum(group, At::start, true).common_motion();
+  carriage.to.position = step.h * (carriage.motion.velocity + 0.5 * carriage.gained);
+  return carriage;
+}
+
+// What a sphere pushes along the ground goes on before it, and is not run over. Between surfaces that close
+// there is no such way: halfway into both, a body without room is thrown out.
+EnergyGuard::Carriage EnergyGuard::best_carriage(const Substep& step, int group) {
+  const Carriage own = own_carriage(step, group);
+  carry_along(own, group);
+  if (!is_entered(group)) return own;
+  for (int r = 0; r < world_.rigid.size(); ++r) {
+    if (world_.rigid.dynamic(r) || world_.rigid.immobile(r)) continue;
+    const Carriage other = carriage_of(r);
+    carry_along(other, group);
+    if (!is_entered(group)) return other;
   }
+  return own;
+}
+
+bool EnergyGuard::is_entered(int group) const {
+  bool entered = false;
+  for_soft(group, [&](const SceneSoftBody& soft) {
+    entered |= soft.contacts && deepest_penetration(soft.body, world_.rigid, *soft.contacts) >
+                                    promised_depth * soft.body.cell_size;
+  });
+  return entered;
+}
+
+void EnergyGuard::carry_along(const Carriage& carriage, int group) {
+  const auto& [from, to, motion, gained] = carriage;
   const Eigen::Quaterniond turn = to.orientation * from.orientation.conjugate();
   RigidPart motion_after = motion;
   motion_after.center = to.to_world(from.to_local(motion.center));
@@ -359,13 +392,6 @@ void EnergyGuard::halt(const Substep& step, int group) {
       body.velocities.set(
           i, held ? body.velocities.at(i) : Vec3(motion_after.velocity_at(after) + kept * (turn * inner)));
     }
-    soft.recovered = true;
-    ++soft.halts_in_a_row;
-    soft.inverted = soft.began_inverted;
-    soft.forces_valid = false;
-    soft.spring_energy.reset();
-    soft.gained = soft.kick_due = 0.0;
-    if (soft.contacts) soft.contacts->hold_back(body, 0.0, Vec3::Zero());
   });
   for_rigid(group, [&](int r) {
     RigidBodyState state = rigid_start_[static_cast<std::size_t>(r)];
@@ -376,6 +402,20 @@ void EnergyGuard::halt(const Substep& step, int group) {
     state.velocity = motion_after.velocity_at(state.pose.position) + kept * (turn * inner);
     state.angular_momentum = world_inertia(state) * (motion.angular_velocity + kept * (turn * inner_spin));
     world_.rigid.set_state(r, state);
+  });
+}
+
+void EnergyGuard::halt(const Substep& step, int group) {
+  ++step.stats.recoveries;
+  carry_along(best_carriage(step, group), group);
+  for_soft(group, [&](SceneSoftBody& soft) {
+    soft.recovered = true;
+    ++soft.halts_in_a_row;
+    soft.inverted = soft.began_inverted;
+    soft.forces_valid = false;
+    soft.spring_energy.reset();
+    soft.gained = soft.kick_due = 0.0;
+    if (soft.contacts) soft.contacts->hold_back(soft.body, 0.0, Vec3::Zero());
   });
 }
 

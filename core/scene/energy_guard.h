@@ -37,6 +37,12 @@ class EnergyGuard {
     RigidPart common_motion() const;
   };
   enum class At { start, end };
+  /// How a halted group goes on: its place, and its motion at the start.
+  struct Carriage {
+    Pose from, to;
+    RigidPart motion;
+    Vec3 gained = Vec3::Zero();  ///< of velocity
+  };
 
   template <class Visit>
   void for_soft(int group, const Visit& visit) const;
@@ -54,6 +60,12 @@ class EnergyGuard {
   double slow_down(int group, double excess);
   double slow_down_about(const RigidPart& motion, int group, double excess);
   void halt(const Substep& step, int group);
+  /// The group's own, or that of a surface that would come into it and finds nothing behind.
+  Carriage best_carriage(const Substep& step, int group);
+  Carriage own_carriage(const Substep& step, int group) const;
+  Carriage carriage_of(int anchor) const;
+  void carry_along(const Carriage& carriage, int group);
+  bool is_entered(int group) const;
 
   World& world_;
   ContactGroups groups_;

@@ -230,6 +230,25 @@ TEST(RigidScene, AMixedStackHoldsUnderExtremeMasses) {
   EXPECT_EQ(end[0].bodies[3].position, end[1].bodies[3].position);
 }
 
+/// No substep finds a balance with the box, a 2,300th of the cube's mass: halted, the cube goes on before the
+/// sphere, which would else run over it (a cell deep).
+TEST(RigidScene, WhatIsPushedOntoALightBoxIsNotRunOver) {
+  const std::string text = R"({"duration":0.4,"solver":{"tolerance":1e-8},"bodies":[
+    {"name":"floor","type":"rigid","shape":{"plane":{}},"static":true},
+    {"name":"cube","type":"deformable","lattice":{"cells":[5,3,5],"cell_size":0.12,"origin":[-0.3,0.01,-0.3]},
+     "edge_stiffness":95642.6862635664,"diagonal_stiffness":478.36190809761473},
+    {"name":"pusher","type":"rigid","shape":{"sphere":{"radius":0.2}},"position":[-1.3,0.3,0],
+     "motion":{"velocity":[5,0,0],"until":0.4}},
+    {"name":"box","type":"rigid","mass":0.05645957859585672,"position":[0.8,0.25,0],
+     "shape":{"box":{"half_extents":[0.09144137322864379,0.18137325013252428,0.19195456554835716]}}}]})";
+  Progress quiet;
+  const auto simulation = compile_text(text);
+  while (!simulation->finished()) {
+    const Snapshot frame = simulation->step(quiet);
+    EXPECT_LE(frame.metrics.max_penetration, 1e-3 * 0.12) << frame.t;
+  }
+}
+
 struct TwoWay {
   double mass, friction, restitution;
 };
