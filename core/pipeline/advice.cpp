@@ -117,10 +117,12 @@ void add_warnings(Model& model) {
     const std::string text =
         fmt::format("the model covers {:.1f} % of the input's area; the rest lies more than a cell away",
                     100.0 * quality.coverage);
-    if (const auto p_in = wider_p_in(model))
+    if (const auto cells = finer_cells(model); cells && 2 * *cells <= model.options.voxels)
+      warn(model, fmt::format("{}: {}", text, coverage_advice(model)), "cells", *cells);
+    else if (const auto p_in = wider_p_in(model); p_in && !cells)
       warn(model, fmt::format("{}: try p_in_voxels {}", text, *p_in), "p_in_voxels", *p_in);
     else
-      warn(model, text + ": try the preset thin or more cells");
+      warn(model, fmt::format("{}: {}", text, coverage_advice(model)));
   }
   if (model.smoothed->largest_shrinkage > 0.05)
     warn(model,

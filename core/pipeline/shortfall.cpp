@@ -43,12 +43,24 @@ std::string wall_advice(const Model& model) {
                      2 * cells);
 }
 
+std::optional<int> finer_cells(const Model& model) {
+  const int cells = 2 * model.options.lattice.cells;
+  return model.enclosed_volume > 0.0 && cells <= most_cells ? std::optional(cells) : std::nullopt;
+}
+
+std::string coverage_advice(const Model& model) {
+  const auto cells = finer_cells(model);
+  if (!cells) return "try the preset thin or more cells";
+  if (2 * *cells <= model.options.voxels) return fmt::format("try {} cells", *cells);
+  return fmt::format("try {} cells and {} voxels", *cells, 2 * *cells);
+}
+
 std::optional<Shortfall> shortfall(const Model& model) {
   const QualitySummary& quality = model.quality;
   const MeshReport& input = *model.input;
   if (quality.coverage < sufficient_coverage)
     return Shortfall{fmt::format("it covers only {:.1f} % of the input's area", 100.0 * quality.coverage),
-                     "try the preset thin or more cells"};
+                     coverage_advice(model)};
   // A thin plate that falls to pieces may be covered all over, and lack a part of its volume only.
   const bool in_pieces = model.lattice->components > input.components;
   if (model.volume_error() > (in_pieces ? largest_in_pieces : largest_volume_error))

@@ -25,4 +25,11 @@ std::optional<Shortfall> input_below_a_cell(const Model& model);
 /// How many cells and voxels resolve the walls of a closed input, or that none do.
 std::string wall_advice(const Model& model);
 
+/// Twice the cells, for a closed input of which thin parts are missing: thresholds that keep them thicken the
+/// rest. None where the input is open or its cells are the finest.
+std::optional<int> finer_cells(const Model& model);
+
+/// What brings back the parts of an input that a model does not cover.
+std::string coverage_advice(const Model& model);
+
 }  // namespace isochor

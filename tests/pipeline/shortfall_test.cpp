@@ -48,6 +48,20 @@ TEST(Shortfall, ASolidAndASheetAreComplete) {
   EXPECT_FALSE(shortfall(*make(test::sheet(1.0), settings(48, 12, 4.0))));
 }
 
+// Thresholds that keep the point of a solid spike thicken all of it.
+TEST(Shortfall, TheThinEndOfASolidAsksForMoreCells) {
+  const TriangleSoup spike{{{-0.5, -0.5, 0}, {-0.5, 0.5, 0}, {1, 0, 0}, {0, 0, 4}},
+                           {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {0, 2, 3}}};
+  const auto blunt = make(spike, settings(128, 24));
+  ASSERT_TRUE(shortfall(*blunt));
+  EXPECT_EQ(shortfall(*blunt)->hint, "try 48 cells");
+  ASSERT_EQ(blunt->fixes.size(), 1U);
+  EXPECT_EQ(blunt->fixes[0].parameter, "cells");
+  EXPECT_EQ(blunt->fixes[0].value, 48.0);
+  EXPECT_FALSE(shortfall(*make(spike, settings(128, 48))));
+  EXPECT_EQ(coverage_advice(*make(spike, settings(60, 24))), "try 48 cells and 96 voxels");
+}
+
 TEST(Shortfall, ADoubleWallOfOneSenseIsSolidAndOneOfOppositeSensesHollow) {
   const TriangleSoup outer = test::sphere(0.5, 1.0, 48);
   TriangleSoup inner = test::sphere(0.499, 1.0, 48), solid = outer, hollow = outer;
