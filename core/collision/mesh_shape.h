@@ -21,6 +21,9 @@ class CollisionMesh final : public CollisionShape {
   Box bounds() const override { return bounds_; }
   double volume() const override { return volume_; }
   Eigen::Matrix3d unit_inertia() const override { return unit_inertia_; }
+  std::int64_t bytes() const override {
+    return static_cast<std::int64_t>(signed_.capacity() * sizeof(float) + samples_.capacity() * sizeof(Vec3));
+  }
 
   const Vec3& center() const { return center_; }  ///< of this frame in that of the field, scaled
   /// Points on the surface, at most a few thousand, that stand for it against other shapes.

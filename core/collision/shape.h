@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -35,6 +36,7 @@ class CollisionShape {
   virtual Box bounds() const = 0;                    ///< ±1e300 for a plane
   virtual double volume() const = 0;                 ///< m³; 0 for a plane
   virtual Eigen::Matrix3d unit_inertia() const = 0;  ///< inertia tensor of mass 1, m²; 0 for a plane
+  virtual std::int64_t bytes() const { return 0; }   ///< of what it keeps beside a few numbers
 };
 
 /// Points with normal·p ≤ offset are inside. All four throw invalid_argument on sizes that are not positive

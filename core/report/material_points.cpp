@@ -18,13 +18,9 @@ MaterialPoints choose_material_points(const std::vector<BodyTopology>& topology,
   for (const BodyTopology& body : topology) {
     MaterialPoints::Body chosen{body.id, {}};
     if (body.deformable) {
-      const std::size_t cells = body.mesh->cells.size();
-      const std::size_t stride = std::max<std::size_t>(1, cells / std::max(1, per_body));
-      for (std::size_t c = 0; c < cells; c += stride) {
-        Vec3 center = Vec3::Zero();
-        for (std::int32_t corner : body.mesh->cells[c].corners) center += body.rest_positions[corner] / 8.0;
-        chosen.rest.push_back(center);
-      }
+      const std::size_t particles = body.rest_positions.size();
+      const std::size_t stride = std::max<std::size_t>(1, particles / std::max(1, per_body));
+      for (std::size_t i = 0; i < particles; i += stride) chosen.rest.push_back(body.rest_positions[i]);
     }
     points.bodies.push_back(std::move(chosen));
   }

@@ -6,8 +6,8 @@
 
 namespace isochor {
 
-/// Points of the bodies at rest, so that runs of different resolutions can be compared: cell centres of the
-/// deformable bodies, and the position of each rigid one.
+/// Points of the bodies at rest, so that runs of different resolutions can be compared: particles of the
+/// deformable bodies, every so many, and the position of each rigid one.
 struct MaterialPoints {
   struct Body {
     int id = 0;

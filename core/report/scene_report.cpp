@@ -213,7 +213,13 @@ class Probe {
     solver.springs = settings.springs, solver.substeps = settings.substeps;
     simulation->set_solver(solver);
     settings.substeps = simulation->step(study_.progress).metrics.substeps;
-    if (settings.springs == SpringIntegrator::automatic) settings.springs = chosen(simulation->plan());
+    const std::vector<PlannedPhase> plan = simulation->plan();
+    if (!includes(plan, "volume")) {  // nor springs
+      const SolverOptions& own = study_.scene.solver;
+      settings.solver = own.volume, settings.springs = own.springs, settings.tolerance = own.tolerance;
+    } else if (settings.springs == SpringIntegrator::automatic) {
+      settings.springs = chosen(plan);
+    }
     return settings;
   }
 
@@ -235,11 +241,12 @@ class Probe {
     return place->second.get();
   }
 
+  static bool includes(const std::vector<PlannedPhase>& plan, std::string_view name) {
+    return std::ranges::any_of(plan, [&](const PlannedPhase& p) { return p.name == name && p.included; });
+  }
+
   static SpringIntegrator chosen(const std::vector<PlannedPhase>& plan) {
-    const auto has = [&](std::string_view name) {
-      return std::ranges::any_of(plan, [&](const PlannedPhase& p) { return p.name == name && p.included; });
-    };
-    const bool symplectic = has("symplectic_euler"), implicit = has("implicit_euler");
+    const bool symplectic = includes(plan, "symplectic_euler"), implicit = includes(plan, "implicit_euler");
     if (symplectic == implicit) return SpringIntegrator::automatic;
     return symplectic ? SpringIntegrator::symplectic : SpringIntegrator::implicit;
   }

@@ -37,7 +37,8 @@ struct SceneAxes {
 };
 
 /// These settings as the scene is stepped by them: with the integrator that `automatic` chooses (unless the
-/// bodies differ in it), and the substeps that are asked for or more, where stability asks for more.
+/// bodies differ in it), and the substeps that are asked for or more, where stability asks for more. What
+/// nothing in the scene goes by is the scene's own: without a deformable body all but the substeps.
 using AsStepped = std::function<SceneSettings(const SceneSettings&)>;
 
 /// The points as they are stepped, so that those which would be the same run stand there once.

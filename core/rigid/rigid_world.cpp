@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <set>
 
 #include "core/common/error.h"
 #include "core/rigid/body_record.h"
@@ -124,9 +125,9 @@ int RigidWorld::substeps_for(double h) const {
 }
 
 /// A substep whose joints could not be met is taken again in halves, at most five times.
-void RigidWorld::step(double h) {
+int RigidWorld::step(double h) {
   const double end = impl_->time + h;
-  int halvings = 0;
+  int halvings = 0, substeps = 0;
   while (impl_->time < end - 1e-9 * h) {
     const double left = end - impl_->time;
     keep_start();
@@ -138,8 +139,10 @@ void RigidWorld::step(double h) {
       continue;
     }
     end_step();
+    ++substeps;
   }
   impl_->time = end;
+  return substeps;
 }
 
 void RigidWorld::keep_start() {
@@ -310,6 +313,14 @@ Vec3 RigidWorld::angular_momentum() const {
 
 const RigidMetrics& RigidWorld::metrics() const {
   return impl_->solver.metrics();
+}
+std::int64_t RigidWorld::bytes() const {
+  auto bytes =
+      static_cast<std::int64_t>((impl_->bodies.capacity() + impl_->saved.capacity()) * sizeof(BodyRecord));
+  std::set<const CollisionShape*> shapes;  // bodies may share one
+  for (const BodyRecord& body : impl_->bodies)
+    if (shapes.insert(body.shape.get()).second) bytes += body.shape->bytes();
+  return bytes;
 }
 
 }  // namespace isochor

@@ -40,8 +40,8 @@ class RigidWorld {
   void add_joint(const JointDesc& desc);
   void set_gravity(const Vec3& gravity);
 
-  /// A whole step of its own, in as many substeps as substeps_for asks for.
-  void step(double h);
+  /// A whole step of its own, in as many substeps as substeps_for asks for, or more: how many.
+  int step(double h);
   /// Substeps of h that joints need: the bodies that they hold turn by at most 0.15 radians in each, and the
   /// vibration of taut chains is resolved.
   int substeps_for(double h) const;
@@ -94,6 +94,8 @@ class RigidWorld {
   Vec3 linear_momentum() const;
   Vec3 angular_momentum() const;  ///< about the world's origin
   const RigidMetrics& metrics() const;
+  /// Of the bodies and their shapes.
+  std::int64_t bytes() const;
 
  private:
   struct Impl;

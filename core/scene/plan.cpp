@@ -118,9 +118,18 @@ class Planner {
       soft.implicit = std::make_unique<ImplicitStep>(soft.body);
   }
 
+  int massive_bodies() const {
+    int massive = 0;
+    for (int r = 0; r < world_.rigid.size(); ++r) massive += world_.rigid.dynamic(r);
+    return massive;
+  }
+
   void forces() {
     const auto any = [&](auto has) { return std::ranges::any_of(world_.soft, has); };
-    decide(Phase::gravity, !world_.scene.gravity.isZero(0.0), "the scene has gravity", "gravity is zero");
+    const bool pulls = !world_.scene.gravity.isZero(0.0);
+    const bool falls = !world_.soft.empty() || massive_bodies() > 0;
+    decide(Phase::gravity, pulls && falls, "the scene has gravity",
+           pulls ? "no body has a mass" : "gravity is zero");
     decide(Phase::edge_springs, any([](const SceneSoftBody& s) { return !s.body.springs.edges.empty(); }),
            "12 edges a cell, shared ones merged", "no body has an edge stiffness");
     decide(Phase::diagonal_springs,
@@ -150,8 +159,7 @@ class Planner {
 
   void contacts() {
     const bool rigid = world_.rigid.size() > 0, soft = !world_.soft.empty();
-    int massive = 0;
-    for (int r = 0; r < world_.rigid.size(); ++r) massive += world_.rigid.dynamic(r);
+    const int massive = massive_bodies();
     decide(Phase::rigid_bodies, rigid,
            fmt::format("{} rigid, {} of them with a mass", world_.rigid.size(), massive), "no rigid body");
     decide(Phase::joints, !world_.scene.joints.empty(),
@@ -177,10 +185,10 @@ class Planner {
       bounces |= body.restitution > 0.0;
     }
     const bool touches = (rigid && soft) || world_.surfaces;
+    const char* alone = rigid ? "no deformable body; that of rigid ones is timed with them" : nobody;
     decide(Phase::friction, touches && rubs, "Coulomb's cone, in the contacts' active set",
-           rubs ? nobody : "friction is zero");
-    decide(Phase::restitution, touches && bounces, "a body bounces",
-           bounces ? nobody : "restitution is zero");
+           rubs ? alone : "friction is zero");
+    decide(Phase::restitution, touches && bounces, "a body bounces", bounces ? alone : "restitution is zero");
   }
 
   World& world_;
@@ -213,6 +221,7 @@ void measure_phases(World& world) {
     integrator += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
                   bytes_of(body.start_velocities) + bytes_of(body.forces);
   }
+  world.phases.set_bytes(Phase::rigid_bodies, world.rigid.bytes());
   world.phases.set_bytes(Phase::edge_springs, edges);
   world.phases.set_bytes(Phase::diagonal_springs, diagonals);
   world.phases.set_bytes(Phase::volume, volume);

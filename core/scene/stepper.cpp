@@ -58,7 +58,7 @@ StepStats Stepper::frame(double seconds, const Progress& progress) {
     tolerance_ = s + 1 < world_.substeps ? tolerance_within_frame(h) : asked;
     rough |= tolerance_ > asked;
     if (world_.soft.empty())
-      world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.step(h); });
+      advance_rigid(h);
     else
       advance_jointed(h);
   }
@@ -86,6 +86,13 @@ double Stepper::tolerance_within_frame(double h) const {
     tolerance = std::min(tolerance, noise * cells);
   }
   return std::max(asked, tolerance);
+}
+
+void Stepper::advance_rigid(double h) {
+  int parts = 1;
+  world_.phases.run(Phase::rigid_bodies, [&] { parts = world_.rigid.step(h); });
+  stats_.substeps += parts;
+  stats_.smallest_h = std::min(stats_.smallest_h, h / parts);
 }
 
 void Stepper::advance_jointed(double h) {

@@ -18,6 +18,8 @@ class Stepper {
   double asked_tolerance() const;
   /// Of the volumes after a substep of h that ends no frame.
   double tolerance_within_frame(double h) const;
+  /// Where there are rigid bodies only.
+  void advance_rigid(double h);
   /// In as many parts as the joints of rigid bodies ask for.
   void advance_jointed(double h);
   /// Rigid bodies go first: their impacts, joints and contacts among themselves.

@@ -55,15 +55,14 @@ class Recording:
         return sum(array(b["masses"]).sum() for b in self.topology if b["type"] == "deformable")
 
     def points(self, most=256):
-        """Centres of cells, which are those of their central tets, and the places of rigid bodies: frame, point, axis."""
+        """Particles, and the places of rigid bodies: frame, point, axis."""
         found = []
         for number, body in enumerate(self.topology):
             if body["type"] == "rigid":
                 found.append(numpy.array([[frame["bodies"][number]["pose"][:3]] for frame in self.frames]))
                 continue
-            cells = numpy.array(body["cells"])
-            central = numpy.array(body["tets"])[cells[::max(1, len(cells) // most), 0]]
-            found.append(self.positions(number)[:, central].mean(axis=2))
+            positions = self.positions(number)
+            found.append(positions[:, ::max(1, positions.shape[1] // most)])
         return numpy.concatenate(found, axis=1)
 
     def volumes(self):

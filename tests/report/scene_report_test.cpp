@@ -93,6 +93,7 @@ TEST(SceneReport, ASpringsOscillationHasTheEnergyErrorOfItsStep) {
   SceneReportOptions options;
   options.axes = only_substeps({1, 2, 4, 8});
   options.axes.tolerances = {1e-12};
+  options.reference_tolerance = 1e-12;
   options.repeats = 1;
   Progress quiet;
   const SceneReport report = report_scene(scene, options, quiet);
@@ -101,6 +102,13 @@ TEST(SceneReport, ASpringsOscillationHasTheEnergyErrorOfItsStep) {
     const double omega = std::sqrt(16.0 * 1e4 / 1000.0), h = 1.0 / (60.0 * point.settings.substeps);
     EXPECT_NEAR(point.errors.energy / (omega * omega * h * h / 4.0), 1.0, 0.02) << point.settings.substeps;
   }
+  int seen = 0;
+  for (const FittedOrder& order : fitted_orders(report))
+    if (order.axis == "h" && (order.error == "trajectory_rms" || order.error == "energy")) {
+      ++seen;
+      EXPECT_NEAR(order.order, 2.0, 0.1);
+    }
+  EXPECT_EQ(seen, 2);
 }
 
 /// Another simulation, of which every frame after the first is changed.
@@ -303,6 +311,31 @@ TEST(SceneReport, PointsThatWouldBeTheSameRunStandThereOnce) {
     EXPECT_EQ(point.substeps, point.settings.substeps);
     EXPECT_EQ(point.settings.springs == SpringIntegrator::implicit, point.substeps < 3);
   }
+}
+
+/// Rigid bodies have no volume error and no springs, but a step.
+TEST(SceneReport, OfRigidBodiesComparesTheirStepsOnly) {
+  Scene scene;
+  scene.duration = 0.3;
+  SceneBody ball;
+  RigidBody rigid;
+  rigid.shape = SphereShape{0.1};
+  rigid.mass = 2.0;
+  ball.kind = rigid;
+  ball.velocity = Vec3(1.0, 0.0, 0.0);
+  scene.bodies.push_back(ball);
+  SceneReportOptions options;
+  options.axes.substeps = {1, 4};
+  options.repeats = 1;
+  Progress quiet;
+  const SceneReport report = report_scene(scene, options, quiet);
+  ASSERT_EQ(report.points.size(), 2u);
+  for (const ScenePoint& point : report.points) {
+    EXPECT_EQ(point.settings.solver, scene.solver.volume);
+    EXPECT_EQ(point.settings.tolerance, scene.solver.tolerance);
+    EXPECT_EQ(point.substeps, point.settings.substeps);
+  }
+  EXPECT_EQ(report.points[1].settings.substeps, 4);
 }
 
 TEST(SceneReport, ResolutionKeepsTheMaterial) {

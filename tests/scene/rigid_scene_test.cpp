@@ -201,6 +201,8 @@ TEST(RigidScene, AMeshIsABodyOfItsOwn) {
   EXPECT_GT(end.metrics.contacts, 4);
   EXPECT_LE(end.metrics.max_penetration, 1e-3 * 0.2);
   EXPECT_LE(end.metrics.max_cell_volume_error, 1e-6);
+  for (const PlannedPhase& phase : simulation->plan())
+    if (phase.name == "rigid_bodies") EXPECT_GT(phase.bytes, 4 * 32 * 32 * 32);  // its distance field
 }
 
 /// A cube of half a ton between a light crate on the floor and a heavy one: every contact holds at once, and
