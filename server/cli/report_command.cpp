@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include "core/export/atomic_file.h"
@@ -344,6 +345,11 @@ void check_command(const CLI::App& app, const ReportCommand& command) {
   for (const char* group : {mesh_group, "Meshing"})
     without(group, !std::ranges::all_of(command.inputs, is_scene), "meshes");
   make_report_page("{}", data_folder("web"));  // says where a part of it is missing
+  for (const std::string& input : command.inputs)
+    if (is_scene(input))
+      check_scene_report(read_scene_file(input), {}, std::numeric_limits<std::int64_t>::max());
+    else
+      read_bytes(input);
 }
 
 void run_report(CliContext& context, const ReportCommand& command, const ParameterOptions& parameters) {

@@ -258,6 +258,13 @@ class Report(ProgramTest):
         self.assertFalse(out.exists())
         self.assertIn("cannot make the folder", self.run_json("report", scene, "-o", scene / "report", expect=1)["detail"])
 
+    def test_a_faulty_input_is_refused_before_another_is_run(self):
+        scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
+        endless = self.file("endless.json", json.dumps({**SPINNING, "duration": None}))
+        for faulty, exit_code in (("missing.json", 3), ("missing.obj", 3), (endless.name, 2)):
+            self.run_json("report", scene, self.folder / faulty, "-o", out, expect=exit_code)
+            self.assertFalse(out.exists())
+
     def test_a_budget_is_a_params_file(self):
         scene, out = self.file("scene.json", json.dumps(SPINNING)), self.folder / "report"
         self.run_program("report", scene, "-o", out, "--solvers", "newton", "--substeps", "1,3,9", "--springs", "implicit",
