@@ -203,6 +203,18 @@ test('walls thinner than the cells are answered with the cells and voxels that h
   await page.context().close();
 });
 
+test('the missing thin end of a solid is brought back by one click', async () => {
+  const page = await suite.open();
+  await choose(page, 'spike.obj', 'v -0.5 -0.5 0\nv -0.5 0.5 0\nv 1 0 0\nv 0 0 4\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n');
+  const notes = page.locator('.notes');
+  await notes.getByText('This model is incomplete').waitFor();
+  await notes.getByRole('button', {name: 'Set Cells to 48'}).click();
+  await notes.getByText('This model is incomplete').waitFor({state: 'hidden'});
+  assert.equal(await page.getByLabel('Cells, exact value').inputValue(), '48');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('a file that is no mesh is named, and the model stays', async () => {
   const page = await suite.open();
   await choose(page, 'notes.txt', 'not a mesh');

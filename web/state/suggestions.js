@@ -1,9 +1,10 @@
-/// One-click ways on that a warning or a hint names in words: "try p_in_voxels 2.5", "set contacts to fill", "try 30 cells
-/// and 60 voxels", "try the preset thin". Each is {title, values}.
+/// One-click ways on that a warning or a hint names in words: "try p_in_voxels 2.5", "set contacts to fill", "try 48 cells",
+/// "try 30 cells and 60 voxels", "try the preset thin". Each is {title, values}.
 export function suggestions(text, {parameters, presets, defaults}) {
   const found = [];
-  const [, cells, voxels] = /\btry (\d+) cells and (\d+) voxels\b/.exec(text) ?? [];
-  if (cells) found.push({title: `Set Cells to ${cells} and Voxels to ${voxels}`, values: {cells: Number(cells), voxels: Number(voxels)}});
+  const [, cells, voxels] = /\btry (\d+) cells(?: and (\d+) voxels)?\b/.exec(text) ?? [];
+  if (cells && !voxels) found.push({title: `Set Cells to ${cells}`, values: {cells: Number(cells)}});
+  else if (cells) found.push({title: `Set Cells to ${cells} and Voxels to ${voxels}`, values: {cells: Number(cells), voxels: Number(voxels)}});
   for (const parameter of parameters) {
     const match = new RegExp(`\\b${parameter.name}\\b(?: to)? (\\S+?)(?=[\\s,;.]*(?:$|\\s))`).exec(text);
     const value = match && read_value(parameter, match[1]);
