@@ -49,10 +49,6 @@ void add_security_headers(Response& response);
 Response problem_response(const Refusal& refusal);
 Response problem_response(const Error& error);
 
-/// Thrown by handlers for what only a server can say (404, 409, 410, 429, 503).
-struct RefusalException {
-  Refusal refusal;
-};
 [[noreturn]] void refuse(int status, std::string code, std::string detail, std::string hint = {});
 
 }  // namespace isochor

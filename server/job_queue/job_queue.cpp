@@ -73,7 +73,7 @@ JobView JobQueue::submit(std::string kind, Work work, Line line) {
         return_free_memory();
       })) {
     table_.with([&](Table& table) { table.jobs.erase(view.id); });
-    throw Error(ErrorCode::over_budget, "too many jobs are waiting", "wait for one to end, or cancel some");
+    throw RefusalException{{503, "busy", "too many jobs are waiting", "wait for one to end, or cancel some"}};
   }
   return view;
 }

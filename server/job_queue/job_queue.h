@@ -61,7 +61,7 @@ class JobQueue {
   JobQueue(int threads, std::function<void()> on_end);
   ~JobQueue();  ///< cancels all
 
-  /// Throws over_budget when too many wait.
+  /// Throws a RefusalException (503) when too many wait.
   JobView submit(std::string kind, Work work, Line line = Line::work);
   JobView add_done(std::string kind, std::string result);  ///< when the result is there already
   /// nullopt: unknown, or forgotten (an id below next_id).

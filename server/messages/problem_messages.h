@@ -18,6 +18,11 @@ struct Refusal {
 };
 std::string encode_problem(const Refusal& refusal);
 
+/// Thrown for what only a server can say (404, 409, 410, 429, 503).
+struct RefusalException {
+  Refusal refusal;
+};
+
 /// Reason phrase of a status, the problem's title.
 std::string_view status_title(int status);
 

@@ -130,6 +130,17 @@ TEST_F(ReportsApi, ANumberOfTetsChoosesTheLattice) {
   EXPECT_EQ(std::abs(tets() - wanted), closest);
 }
 
+TEST_F(ReportsApi, WhenTooManyWaitOneIsAskedToComeBack) {
+  std::vector<std::string> ids;
+  HttpResponse response;
+  for (response = post(endless_); response.status == 202 && ids.size() < 1000; response = post(endless_))
+    ids.push_back(response.json()["id"]);
+  EXPECT_EQ(response.status, 503);
+  EXPECT_EQ(response.json()["code"], "busy");
+  EXPECT_EQ(response.header("retry-after"), "1");
+  for (const std::string& id : ids) client_.send("DELETE", "/api/v1/jobs/" + id);
+}
+
 TEST_F(ReportsApi, ACancelledReportKeepsWhatIsDone) {
   const HttpResponse response = post(endless_);
   EXPECT_EQ(response.status, 202);

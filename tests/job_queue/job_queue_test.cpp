@@ -7,6 +7,8 @@
 #include <mutex>
 #include <thread>
 
+#include "server/messages/problem_messages.h"
+
 namespace isochor {
 namespace {
 
@@ -144,8 +146,8 @@ TEST_F(Queue, TheLineIsBounded) {
   std::vector<std::string> waiting;
   try {
     for (int i = 0; i < 1000; ++i) waiting.push_back(jobs_.submit("more", until_cancelled).id);
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::over_budget);
+  } catch (const RefusalException& full) {
+    EXPECT_EQ(full.refusal.status, 503);
   }
   EXPECT_LT(waiting.size(), 1000U);
   for (const std::string& id : waiting) jobs_.cancel(id);
