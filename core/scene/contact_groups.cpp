@@ -63,7 +63,7 @@ void ContactGroups::anchor(const World& world, int node, int rigid) {
   if (!group.anchored)
     group.anchored = true, group.anchor = rigid;
   else if (group.anchor != rigid)
-    group.pinched |= moves(world, group.anchor) || moves(world, rigid);
+    group.between = true, group.pinched |= moves(world, group.anchor) || moves(world, rigid);
 }
 
 void ContactGroups::anchor_all(const World& world) {

@@ -8,7 +8,8 @@ namespace isochor {
 struct GroupTraits {
   bool anchored = false;  ///< touches, or is pinned to, what has no mass
   int anchor = -1;        ///< the rigid body without mass that it touches; −1 where it is pinned in place
-  bool pinched = false;   ///< between anchors that move differently
+  bool between = false;   ///< has more than one anchor
+  bool pinched = false;   ///< and they move differently
   bool unknown_work = false;  ///< the mouse, or moving bodies that are not its anchor, may move it
 };
 

@@ -175,13 +175,16 @@ bool EnergyGuard::can_halt_group(int group) const {
 /// Between what presses, where springs are too weak to tell. Once it has none, whatever turns tets over,
 /// though it keeps their volume, is a way out that there is not.
 bool EnergyGuard::has_no_room(const Substep& step, int group, bool feasible) const {
-  if (!groups_.traits(group).pinched) return false;
+  const GroupTraits& traits = groups_.traits(group);
   bool result = false;
+  if (!traits.between) return result;
   for_soft(group, [&](const SceneSoftBody& soft) {
     const bool turned = soft.inverted && !soft.began_inverted;
     const bool thrown = throws_a_particle(step, soft.body);
-    result |= feasible ? (turned && soft.halts_in_a_row > 0) || (soft.inverted && thrown)
-                       : turned || thrown || is_torn(soft.body);
+    if (feasible)
+      result |= traits.pinched && ((turned && soft.halts_in_a_row > 0) || (soft.inverted && thrown));
+    else
+      result |= thrown || (traits.pinched && (turned || is_torn(soft.body)));
   });
   return result;
 }
