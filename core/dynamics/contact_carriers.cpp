@@ -74,6 +74,19 @@ Eigen::Matrix<double, 6, 6> ContactCarriers::combined_mass(const SoftBody& body,
   return mass;
 }
 
+// (C⁻¹ + K)⁻¹ as C·(I + K·C)⁻¹: joints leave C without an inverse. By its own mass a jointed body would give
+// way to a heavy load where its joints do not, a little in every substep, and be set back by them: the finer
+// the substeps, the stiffer.
+Eigen::Matrix<double, 6, 6> ContactCarriers::combined_compliance(const SoftBody& body, const Body& of,
+                                                                 const ComplianceOf& compliance_of) const {
+  if (!of.at_start.jointed) return combined_mass(body, of).inverse();
+  Eigen::Matrix<double, 6, 6> carried = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const CarriedParticle& p : of.particles)
+    carried += body.masses[p.particle] * p.map.transpose() * p.map;
+  const Eigen::Matrix<double, 6, 6> compliance = compliance_of(source_of(of));
+  return compliance * (Eigen::Matrix<double, 6, 6>::Identity() + carried * compliance).inverse();
+}
+
 std::span<const DueWrench> ContactCarriers::bounce(SoftBody& body, std::span<const BounceGain> gains) {
   due_.clear();
   for (Body& b : bodies_) {
@@ -104,7 +117,7 @@ std::span<const DueWrench> ContactCarriers::bounce(SoftBody& body, std::span<con
 }
 
 void ContactCarriers::load(SoftBody& body, std::span<const ParticleContact> contacts,
-                           const Coordinates& predicted) {
+                           const Coordinates& predicted, const ComplianceOf& compliance_of) {
   carriers_.clear();
   if (empty()) return;
   sum_reactions(body, contacts, predicted);
@@ -114,7 +127,7 @@ void ContactCarriers::load(SoftBody& body, std::span<const ParticleContact> cont
     if (b.particles.empty()) continue;
     RigidCarrier carrier;
     carrier.particles = b.particles;
-    carrier.inverse_mass = combined_mass(body, b).inverse();
+    carrier.inverse_mass = combined_compliance(body, b, compliance_of);
     const Vector6 q = -(carrier.inverse_mass * (reactions_[i] + b.given));
     for (const CarriedParticle& p : b.particles) body.positions.add(p.particle, p.map * q);
     carriers_.push_back(carrier);

@@ -16,6 +16,7 @@ struct MassiveBody {
   Vec3 center = Vec3::Zero();
   double mass = 0.0;
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< kg m², world axes
+  bool jointed = false;                               ///< does not answer by its own mass alone
 };
 
 /// What a body is due from contacts, with its moment about its centre at the substep's start.
@@ -48,8 +49,9 @@ class ContactCarriers {
   bool carries(int source) const { return std::ranges::binary_search(bodies_, source, {}, &source_of); }
 
   /// Lists what each body carries and moves body and particles to where their momenta agree: q with
-  /// (M + Σ BᵀmB)q = −Σ Bᵀr − what the body was given before.
-  void load(SoftBody& body, std::span<const ParticleContact> contacts, const Coordinates& predicted);
+  /// (M + Σ BᵀmB)q = −Σ Bᵀr − what the body was given before. Of a jointed body M⁻¹ is its compliance.
+  void load(SoftBody& body, std::span<const ParticleContact> contacts, const Coordinates& predicted,
+            const ComplianceOf& compliance_of);
   std::span<RigidCarrier> carriers() { return carriers_; }
 
   /// The same for a solve with all of the body.
@@ -82,6 +84,8 @@ class ContactCarriers {
   };
   static int source_of(const Body& body) { return body.at_start.source; }
   Eigen::Matrix<double, 6, 6> combined_mass(const SoftBody& body, const Body& of) const;
+  Eigen::Matrix<double, 6, 6> combined_compliance(const SoftBody& body, const Body& of,
+                                                  const ComplianceOf& compliance_of) const;
   Body* find(int source);
   const Body* find(int source) const { return const_cast<ContactCarriers*>(this)->find(source); }
   void give(Body& body, const Vector6& due);

@@ -56,7 +56,9 @@ class ParticleContacts {
   std::span<Vec3> blocked_forces() { return forces_; }
   /// The bodies of begin() give way to what presses on them, and move on with their particles within the
   /// projection.
-  void carry(SoftBody& body) { carriers_.load(body, particles_, predicted_); }
+  void carry(SoftBody& body, const ComplianceOf& compliance_of) {
+    carriers_.load(body, particles_, predicted_, compliance_of);
+  }
   /// For a solve that moves the whole body: how they give way then.
   const CarrierSpace& yielding(const SoftBody& body, const ComplianceOf& compliance_of) {
     return carriers_.yielding(body, particles_, compliance_of);

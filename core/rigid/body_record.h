@@ -25,6 +25,7 @@ struct BodyRecord {
   double mass = 0.0;                                  ///< its own; state's are those with its load
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< likewise
   CarriedLoad load;
+  bool jointed = false;
   double friction = 0.3, restitution = 0.0;
   double reach = 0.0;  ///< farthest point of the shape from the centre of mass
 

@@ -117,6 +117,7 @@ void RigidWorld::add_joint(const JointDesc& desc) {
     throw Error(ErrorCode::invalid_argument, "a hinge's axis has no direction",
                 "give an axis such as [0, 1, 0]");
   impl_->solver.add_joint(make_joint(desc, pose(desc.a), pose(desc.b)));
+  impl_->at(desc.a).jointed = impl_->at(desc.b).jointed = true;
 }
 
 int RigidWorld::substeps_for(double h) const {
@@ -196,6 +197,9 @@ bool RigidWorld::dynamic(int body) const {
 }
 bool RigidWorld::immobile(int body) const {
   return !dynamic(body) && !impl_->at(body).motion;
+}
+bool RigidWorld::jointed(int body) const {
+  return impl_->at(body).jointed;
 }
 const RigidBodyState& RigidWorld::state(int body) const {
   return impl_->at(body).state;

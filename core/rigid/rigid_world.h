@@ -59,6 +59,7 @@ class RigidWorld {
   double restitution(int body) const;
   bool dynamic(int body) const;   ///< has a finite mass
   bool immobile(int body) const;  ///< neither a mass nor a motion
+  bool jointed(int body) const;   ///< some joint holds it
   const RigidBodyState& state(int body) const;
   const Pose& pose(int body) const { return state(body).pose; }
   /// Where the step under way will leave the body at its present velocity; its pose outside of a step.

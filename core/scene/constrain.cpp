@@ -125,7 +125,8 @@ bool renew_contacts(const Substep& step, SceneSoftBody& soft, int round) {
     changed |= follow_attachments(step.world, soft);
     changed |= detect_contacts(soft.body, step.world.rigid, step.h, *soft.candidates, contacts);
     if (changed) contacts.place(soft.body);
-    if (changed && round + 1 < max_contact_rounds && !step.held) contacts.carry(soft.body);
+    if (changed && round + 1 < max_contact_rounds && !step.held)
+      contacts.carry(soft.body, step.compliance_of());
   });
   return changed;
 }

@@ -46,8 +46,8 @@ void list_massive(World& world) {
     if (!world.rigid.dynamic(r)) continue;
     const RigidBodyState& state = world.rigid.state(r);
     const Eigen::Matrix3d turn = state.pose.orientation.toRotationMatrix();
-    world.massive.push_back(
-        {r, state.pose.position, 1.0 / state.inverse_mass, turn * state.inertia * turn.transpose()});
+    world.massive.push_back({r, state.pose.position, 1.0 / state.inverse_mass,
+                             turn * state.inertia * turn.transpose(), world.rigid.jointed(r)});
   }
 }
 

@@ -12,7 +12,7 @@ bool press_implicitly(const Substep& step, SceneSoftBody& soft) {
   SoftBody& body = soft.body;
   ParticleContacts& contacts = *soft.contacts;
   PhaseList& phases = step.world.phases;
-  const ComplianceOf compliance_of = [&](int source) { return step.world.rigid.compliance(source); };
+  const ComplianceOf compliance_of = step.compliance_of();
   using enum ImplicitStep::Balance;
   // Bodies with a mass answer to every round, and keep what a rough one was off by.
   ImplicitStep::Balance while_judging = step.world.massive.empty() ? rough : full, balance = full;

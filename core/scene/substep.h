@@ -16,6 +16,10 @@ struct Substep {
   bool may_halve = false;  ///< a substep that fails is taken again in two halves
   bool may_lift = true;    ///< tets that invert are lifted within it
   bool held = false;       ///< rigid bodies that others press on stay where these have left them
+
+  ComplianceOf compliance_of() const {
+    return [this](int source) { return world.rigid.compliance(source); };
+  }
 };
 
 /// Lists the rigid bodies with a mass, as they are.
