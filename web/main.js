@@ -27,9 +27,11 @@ const app = make_app(client);
 const cards = problem_cards(app);
 
 function lay_out() {
+  const look = view_bar(app), camera = camera_bar(app);
+  app.viewport.bars = [look, camera];
   const view = h('main', {class: 'viewport', 'aria-label': 'View'},
-    app.viewport.renderer ? [app.viewport.canvas, camera_bar(app)] : no_view(), h('div', {class: 'notices'}, progress_card(app), cards));
-  document.body.append(header(app), view, view_bar(app), transport(app), stages_panel(app), inspector(app), status_line(app));
+    app.viewport.renderer ? [app.viewport.canvas, camera] : no_view(), h('div', {class: 'notices'}, progress_card(app), cards));
+  document.body.append(header(app), view, look, transport(app), stages_panel(app), inspector(app), status_line(app));
 }
 
 async function start() {

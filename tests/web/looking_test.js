@@ -1,10 +1,11 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
 import {browser_tests, eventually, fact, no_complaints, status} from './support/browser.js';
-import {look, look_at_rest} from './support/pixels.js';
+import {look, look_at_picture, look_at_rest} from './support/pixels.js';
 
 let page;
-browser_tests(async suite => page = await suite.open({width: 1240, height: 760}));
+const suite = browser_tests(async suite => page = await suite.open({width: 1240, height: 760}));
 
 const press = name => page.getByRole('button', {name, exact: true}).click();
 const seen = (passes, what) => eventually(() => look(page), passes, what);
@@ -127,8 +128,37 @@ test('orbit, pan, zoom, axis views, orthographic and fit move the view', async (
   await changes('front again', () => press('Front'));
 });
 
+async function save_picture(from) {
+  const [file] = await Promise.all([from.waitForEvent('download'), from.getByRole('button', {name: 'Save a picture of the view'}).click()]);
+  return file;
+}
+
 test('the view is saved as a picture', async () => {
-  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'Save a picture of the view'}).click()]);
-  assert.match(file.suggestedFilename(), /\.png$/);
+  assert.match((await save_picture(page)).suggestedFilename(), /\.png$/);
   no_complaints(page);
+});
+
+test('what is fitted into the view fills what the bars over it leave free', async () => {
+  const narrow = await suite.open({width: 900, height: 640});  // the bar has three rows
+  const corners = [...Array(8).keys()].map(i => `v ${i & 1} ${3 * (i >> 1 & 1)} ${0.2 * (i >> 2 & 1)}\n`).join('');
+  const slab = `${corners}f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n`;
+  await narrow.locator('input[type=file]').setInputFiles({name: 'slab.obj', mimeType: 'text/plain', buffer: Buffer.from(slab)});
+  await eventually(() => fact(narrow, 'Vertices'), n => n === 8, 'the slab');
+  const clip = narrow.getByRole('button', {name: 'Clip', exact: true});
+  if (await clip.getAttribute('aria-pressed') === 'true') await clip.click();
+  for (const look of ['Front', 'Ortho']) {
+    await narrow.getByRole('button', {name: look}).click();
+    const view = await narrow.locator('canvas.view').boundingBox();
+    const bar = await narrow.locator('.view-bar').boundingBox(), camera = await narrow.locator('.camera-bar').boundingBox();
+    const top = (bar.y + bar.height - view.y) / view.height, bottom = (camera.y - view.y) / view.height;
+    const png = await readFile(await (await save_picture(narrow)).path());
+    const rows = async (from, to) => (await look_at_picture(narrow, png, from, to)).tets;
+    assert.equal(await rows(0, top), 0, `${look}: nothing under the upper bar`);
+    assert.equal(await rows(bottom, 1), 0, `${look}: nothing under the lower bar`);
+    const reach = 0.15 * (bottom - top);
+    assert.ok(await rows(top, top + reach) > 0, `${look}: up to the upper bar`);
+    assert.ok(await rows(bottom - reach, bottom) > 0, `${look}: down to the lower bar`);
+  }
+  no_complaints(narrow);
+  await narrow.context().close();
 });

@@ -98,11 +98,11 @@ export class CameraControls {
     this.on_move(this.camera, done);
   }
 
-  /// Looks from a direction (kept when null) at the middle of a box, from where its corners just fit into the view.
-  look({min, max}, direction, fov_deg, aspect) {
+  /// Looks from a direction (kept when null) at the middle of a box, from where its corners just fit into a view of
+  /// this half angle's tangent, upwards, and aspect.
+  look({min, max}, direction, tangent, aspect) {
     const toward = (direction ? new THREE.Vector3(...direction) : this.vectors().offset).normalize();
     const right = new THREE.Vector3(0, 1, 0).cross(toward).normalize(), up = toward.clone().cross(right);
-    const tangent = Math.tan(fov_deg * Math.PI / 360);
     const half = max.clone().sub(min).divideScalar(2), target = min.clone().add(half);
     let distance = 0;
     for (let k = 0; k < 8; ++k) {

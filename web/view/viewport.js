@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
-const fov = 32, margin = 1.3;  // degrees; room around what fits, for the controls over the view
+const fov = 32, margin = 16;  // degrees; pixels around what fits
 const slow_picture = 30, very_slow_picture = 100, settled = 250, poll = 2;  // milliseconds
 
 /// three.js' layer of what is drawn only when the picture is sharp.
@@ -14,6 +14,7 @@ export class Viewport extends EventTarget {
   constructor(store) {
     super();
     this.store = store;
+    this.bars = [];  // controls over the view, which a fit keeps clear of
     this.canvas = h('canvas', {class: 'view', tabindex: '0', role: 'application',
       'aria-label': '3D view. Arrow keys orbit, with Shift they pan; plus and minus zoom; F fits.'});
     this.renderer = make_renderer(this.canvas);
@@ -27,6 +28,7 @@ export class Viewport extends EventTarget {
     this.bounds = new THREE.Box3(new THREE.Vector3(-0.5, -0.5, -0.5), new THREE.Vector3(0.5, 0.5, 0.5));
     this.canvas.addEventListener('webglcontextrestored', () => this.invalidate());
     this.size = {width: 1, height: 1};
+    this.covered = {top: 0, bottom: 0};
     new ResizeObserver(([{contentRect}]) => this.resize(contentRect)).observe(this.canvas);
     store.on(['view.camera', 'view.orthographic'], () => this.adopt_camera());
   }
@@ -59,7 +61,7 @@ export class Viewport extends EventTarget {
   fit(direction = null, by_person = true) {
     const {on_move} = this.controls;
     if (!by_person) this.controls.on_move = () => this.invalidate();
-    this.look_at(this.bounds.getCenter(new THREE.Vector3()), this.bounds.getSize(new THREE.Vector3()).multiplyScalar(margin), direction);
+    this.look_at(this.bounds.getCenter(new THREE.Vector3()), this.bounds.getSize(new THREE.Vector3()), direction);
     this.controls.on_move = on_move;
   }
 
@@ -69,8 +71,22 @@ export class Viewport extends EventTarget {
   }
 
   look_at(center, size, direction) {
+    this.measure_covered();
     const box = new THREE.Box3().setFromCenterAndSize(center, size).expandByScalar(1e-6);
-    this.controls.look(box, direction, fov, this.aspect());
+    const {width, height} = this.size, clear = Math.max(0.3 * height, height - this.covered.top - this.covered.bottom - 2 * margin);
+    const tangent = Math.tan(fov * Math.PI / 360) * clear / height;
+    this.controls.look(box, direction, tangent, Math.max(0.1, (width - 2 * margin) / clear));
+  }
+
+  /// How many pixels of the view's upper and lower edge lie under controls. Known anew with each fit only: a bar that
+  /// gets longer must not move the picture.
+  measure_covered() {
+    const view = this.canvas.getBoundingClientRect(), middle = (view.top + view.bottom) / 2;
+    this.covered = {top: 0, bottom: 0};
+    for (const {top, bottom} of this.bars.map(bar => bar.getBoundingClientRect())) {
+      if (bottom > view.top && bottom < middle) this.covered.top = Math.max(this.covered.top, bottom - view.top);
+      if (top < view.bottom && top > middle) this.covered.bottom = Math.max(this.covered.bottom, view.bottom - top);
+    }
   }
 
   radius() {
@@ -99,6 +115,7 @@ export class Viewport extends EventTarget {
   resize({width, height}) {
     if (!width || !height || !this.renderer) return;
     this.size = {width, height};
+    this.measure_covered();
     this.fence = null;
     this.set_sharpness(1);
     if (!this.store.get('view.camera')) this.fit(null, false);
@@ -177,7 +194,12 @@ export class Viewport extends EventTarget {
     const half = distance * Math.tan(fov * Math.PI / 360);
     Object.assign(this.orthographic, {left: -half * this.aspect(), right: half * this.aspect(), top: half, bottom: -half,
       near: -20 * reach, far: 20 * reach});
-    for (const camera of [this.perspective, this.orthographic]) camera.updateProjectionMatrix(), camera.updateMatrixWorld();
+    // The target stands in the middle of what is clear.
+    const {width, height} = this.size, up = (this.covered.bottom - this.covered.top) / 2;
+    for (const camera of [this.perspective, this.orthographic]) {
+      camera.setViewOffset(width, height, 0, up, width, height);
+      camera.updateMatrixWorld();
+    }
   }
 
   /// World ray through a point of the page.

@@ -4,10 +4,14 @@ export async function look(page) {
   const box = await page.locator('canvas.view').boundingBox();
   const margin = 110;  // the controls over the view
   const clip = {x: box.x + 8, y: box.y + margin, width: box.width - 16, height: box.height - margin - 60};
-  const png = (await page.screenshot({clip})).toString('base64');
+  return look_at_picture(page, await page.screenshot({clip}));
+}
+
+/// The same of a PNG's rows between two shares of its height.
+export async function look_at_picture(page, png, from = 0, to = 1) {
   const browser = page.context().browser();
   if (!readers.has(browser)) readers.set(browser, browser.newPage());
-  return (await readers.get(browser)).evaluate(count_colors, png);
+  return (await readers.get(browser)).evaluate(count_colors, {png: png.toString('base64'), from, to});
 }
 
 /// In the page, before it loads: counts the pictures that the graphics processor has not finished; the view sets one
@@ -40,12 +44,15 @@ export const look_at_rest = async page => (await at_rest(page), look(page));
 
 const readers = new WeakMap();  // a blank page a browser decodes the pictures
 
-async function count_colors(png) {
+async function count_colors({png, from, to}) {
   const bytes = Uint8Array.from(atob(png), c => c.charCodeAt(0));
   const bitmap = await createImageBitmap(new Blob([bytes], {type: 'image/png'}));
   const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+  context.fillStyle = 'white';  // a saved view is transparent
+  context.fillRect(0, 0, bitmap.width, bitmap.height);
   context.drawImage(bitmap, 0, 0);
-  const {data} = context.getImageData(0, 0, bitmap.width, bitmap.height);
+  const {width, height} = bitmap, top = Math.round(from * height), rows = Math.round(to * height) - top;
+  const {data} = context.getImageData(0, top, width, rows);
   const seen = {tets: 0, sand: 0, crimson: 0, all: data.length / 4, sum: 0};
   for (let i = 0; i < data.length; i += 4) {
     const [r, g, b] = data.subarray(i, i + 3);
