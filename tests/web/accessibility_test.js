@@ -96,11 +96,12 @@ test('touch: one finger orbits, two zoom, one on the body drags it', async () =>
     await touch('touchMove', corner, [corner[0] + 160, corner[1]]);
   });
   await page.getByRole('button', {name: 'Fit (F)'}).click();
+  const above = await page.locator('.view-bar').boundingBox(), below = await page.locator('.camera-bar').boundingBox();
+  const middle = [view.x + view.width / 2, (above.y + above.height + below.y) / 2];  // of what the bars leave free
   await page.getByRole('button', {name: 'Step (.)'}).click();
   await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
   const grabs = [];
   page.on('request', request => request.url().includes('/grabs/') && grabs.push(request.method()));
-  const middle = [view.x + view.width / 2, view.y + view.height / 2];
   await touch('touchStart', middle);
   await touch('touchMove', [middle[0] + 60, middle[1]]);
   await eventually(() => Promise.resolve(grabs), all => all.includes('PUT'), 'grabbed');
