@@ -110,7 +110,7 @@ std::optional<ErrorDetail> check_value(const Parameter& parameter, const Paramet
   return detail;
 }
 
-void set_parameters(MeshingOptions& options, std::span<const NamedValue> values) {
+void set_parameters(MeshingOptions& options, std::span<const NamedValue> values, Cells cells) {
   std::vector<ErrorDetail> faults;
   for (const auto& [name, value] : values)
     if (!find_parameter(name)) faults.push_back({pointer_to(name), "is not a parameter", {}, {}});
@@ -123,6 +123,10 @@ void set_parameters(MeshingOptions& options, std::span<const NamedValue> values)
       else
         row.set(changed, coerced(row, value));
     }
+  const bool among_them =
+      std::ranges::any_of(values, [](const NamedValue& value) { return value.first == "cells"; });
+  if (cells == Cells::sought && !among_them)
+    changed.lattice.cells = std::min(changed.lattice.cells, changed.voxels / 2);
   add_relation_faults(changed, faults);
   if (!faults.empty()) refuse(std::move(faults));
   options = changed;

@@ -51,9 +51,12 @@ std::optional<ErrorDetail> check_value(const Parameter& parameter, const Paramet
 
 /// Throws invalid_argument that lists every faulty or unknown field with its range (pointer "/name").
 void set_parameter(MeshingOptions& options, std::string_view name, const ParameterValue& value);
+/// Whether the cells are as the options say, or are sought by what follows: then, unless they are among the
+/// values, no more of them stand in the options than the voxels allow.
+enum class Cells { given, sought };
 /// Sets in the order of the table whatever the order given, then validates the whole; options stay as they
 /// were when it throws.
-void set_parameters(MeshingOptions& options, std::span<const NamedValue> values);
+void set_parameters(MeshingOptions& options, std::span<const NamedValue> values, Cells cells = Cells::given);
 /// Ranges, and the relations between fields: cells ≤ voxels/2, p_subs beyond p_in.
 void validate(const MeshingOptions& options);
 

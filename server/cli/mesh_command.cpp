@@ -151,7 +151,7 @@ void tell_budget(const CliContext& context, const Model& model, std::int64_t wan
 }
 
 void run_mesh(CliContext& context, const MeshCommand& command) {
-  MeshingOptions options = command.parameters.resolve();
+  MeshingOptions options = command.parameters.resolve(command.budget_tets > 0 ? Cells::sought : Cells::given);
   const auto gates = parse_gates(command.require);
   check_outputs(context, command);
   std::shared_ptr<const Model> model;

@@ -74,11 +74,11 @@ void ParameterOptions::add_row(CLI::App& command, const Parameter& row) {
   option->group("Meshing");
 }
 
-MeshingOptions ParameterOptions::resolve() const {
+MeshingOptions ParameterOptions::resolve(Cells cells) const {
   MeshingOptions options;
   if (!preset_.empty()) options = preset_options(preset_);
   if (!file_.empty()) options = read_meshing_options(read_bytes(file_));
-  set_parameters(options, values_);
+  set_parameters(options, values_, cells);
   return options;
 }
 

@@ -13,7 +13,7 @@ class ParameterOptions {
   void add_to(CLI::App& command);
   /// The preset or the params file, then the options. Throws cannot_read, invalid_argument with every faulty
   /// value.
-  MeshingOptions resolve() const;
+  MeshingOptions resolve(Cells cells = Cells::given) const;
 
  private:
   void add_row(CLI::App& command, const Parameter& row);

@@ -55,7 +55,7 @@ std::optional<ParameterValue> parameter_value(const Json& json) {
 }
 
 /// Into options; what is wrong goes to the reader with pointers below /params.
-void read_params(ObjectReader& reader, const Json& params, MeshingOptions& options) {
+void read_params(ObjectReader& reader, const Json& params, Cells cells, MeshingOptions& options) {
   std::vector<NamedValue> values;
   if (!params.is_object()) return reader.fault("params", "is not an object");
   for (const auto& [name, json] : params.items()) {
@@ -66,7 +66,7 @@ void read_params(ObjectReader& reader, const Json& params, MeshingOptions& optio
       reader.fault("params/" + name, "is not a number, a string, true or false");
   }
   try {
-    set_parameters(options, values);
+    set_parameters(options, values, cells);
   } catch (const Error& error) {
     std::vector<ErrorDetail> faults = error.details();
     for (ErrorDetail& detail : faults) detail.pointer = "/params" + detail.pointer;
@@ -127,9 +127,10 @@ ModelRequest read_model_request(std::string_view text) {
   ModelRequest request;
   request.mesh_id = reader.required("mesh_id", reader.text("mesh_id"));
   if (const auto preset = reader.text("preset")) request.options = preset_options(*preset);
-  if (const Json* params = reader.member("params")) read_params(reader, *params, request.options);
-  request.supersedes = reader.text("supersedes");
   request.budget_tets = reader.integer("budget_tets", 1, 1000000000);
+  if (const Json* params = reader.member("params"))
+    read_params(reader, *params, request.budget_tets ? Cells::sought : Cells::given, request.options);
+  request.supersedes = reader.text("supersedes");
   request.preview = reader.choice("quality", {"full", "preview"}).value_or(0) == 1;
   request.dry_run = reader.boolean("dry_run").value_or(false);
   reader.finish("model");

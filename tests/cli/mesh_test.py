@@ -59,6 +59,12 @@ class Mesh(ProgramTest):
         self.assertEqual(report["params"]["p_in"], 0.9)
         self.assertAlmostEqual(report["thresholds"]["p_in"], 0.9)
 
+    def test_a_budget_of_tets_asks_for_no_cells_that_the_voxels_allow(self):
+        report = self.run_json("mesh", SPHERE, "--voxels", "32", "--budget-tets", "800")
+        self.assertLessEqual(report["params"]["cells"], 16)
+        self.assertIn("cells", self.run_json("mesh", SPHERE, "--voxels", "32", "--cells", "24", "--budget-tets", "800",
+                                             expect=2)["detail"])
+
     def test_a_budget_of_tets(self):
         report = self.run_json("mesh", SPHERE, "--budget-tets", "3000")
         self.assertAlmostEqual(report["tets"] / 3000, 1.0, delta=0.3)
