@@ -7,11 +7,12 @@
 namespace isochor {
 
 /// Points of the bodies at rest, so that runs of different resolutions can be compared: particles of the
-/// deformable bodies, every so many, and the position of each rigid one.
+/// deformable bodies, every so many, and of each rigid one the middles of the six sides of its bounding box,
+/// which turn with it; of a plane, which has none, its position.
 struct MaterialPoints {
   struct Body {
     int id = 0;
-    std::vector<Vec3> rest;  ///< world coordinates at rest; empty for a rigid body
+    std::vector<Vec3> rest;  ///< of a deformable body in the world at rest, of a rigid one in its own frame
   };
   std::vector<Body> bodies;
 };
@@ -27,7 +28,8 @@ class PointTracker {
  private:
   struct Bound {
     int id = 0;
-    TetMesh rest;  ///< of a deformable body: its mesh in the world at rest
+    std::vector<Vec3> fixed;  ///< of a rigid body, in its own frame
+    TetMesh rest;             ///< of a deformable body: its mesh in the world at rest
     Embedding embedding;
   };
   std::vector<Bound> bodies_;

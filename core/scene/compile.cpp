@@ -80,6 +80,11 @@ class CompiledSimulation final : public Simulation {
       bodies[i].scale = source.scale;
       if (const auto* rigid = std::get_if<RigidBody>(&source.kind)) bodies[i].shape = rigid->shape;
     }
+    for (int r = 0; r < world_.rigid.size(); ++r) {
+      const Box bounds = world_.rigid.shape(r).bounds();
+      const Vec3& center = world_.rigid_centers[r];
+      bodies[world_.rigid_ids[r]].bounds = {bounds.min + center, bounds.max + center};
+    }
     for (const SceneSoftBody& soft : world_.soft) {
       BodyTopology& body = bodies[soft.id];
       body.deformable = true;

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/common/box.h"
 #include "core/common/progress.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
@@ -30,6 +31,7 @@ struct BodyTopology {
   std::vector<double> masses;           ///< a particle
   std::shared_ptr<const Model> model;   ///< when made from a mesh: its soup and embedding
   std::optional<RigidShape> shape;      ///< rigid
+  Box bounds;                           ///< rigid: in its own frame, ±1e300 for a plane
   double scale = 1.0;
 };
 

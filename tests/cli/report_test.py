@@ -33,6 +33,20 @@ def array(packed):
     return numpy.frombuffer(base64.b64decode(packed["data"]), dtype=packed["dtype"]).reshape(packed["shape"])
 
 
+def sides_of(shape):
+    [(kind, sizes)] = shape.items()
+    if kind == "plane":
+        return numpy.zeros((1, 3))
+    half = sizes["half_extents"] if kind == "box" else [sizes["radius"]] * 3
+    return numpy.concatenate([numpy.diag(half), -numpy.diag(half)])
+
+
+def placed(pose, points):
+    """Turned by the quaternion x, y, z, w, and moved."""
+    axis, w = numpy.array(pose[3:6]), pose[6]
+    return pose[:3] + points + 2 * numpy.cross(axis, numpy.cross(axis, points) + w * points)
+
+
 class Recording:
     """What a report says of a run, from its frames alone."""
 
@@ -55,11 +69,12 @@ class Recording:
         return sum(array(b["masses"]).sum() for b in self.topology if b["type"] == "deformable")
 
     def points(self, most=256):
-        """Particles, and the places of rigid bodies: frame, point, axis."""
+        """Particles, and the middles of the sides of rigid bodies: frame, point, axis."""
         found = []
         for number, body in enumerate(self.topology):
             if body["type"] == "rigid":
-                found.append(numpy.array([[frame["bodies"][number]["pose"][:3]] for frame in self.frames]))
+                found.append(numpy.array([placed(frame["bodies"][number]["pose"], sides_of(body["shape"]))
+                                          for frame in self.frames]))
                 continue
             positions = self.positions(number)
             found.append(positions[:, ::max(1, positions.shape[1] // most)])
