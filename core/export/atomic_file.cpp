@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <regex>
 #include <vector>
 
 #include "core/common/error.h"
@@ -97,6 +99,18 @@ void AtomicFile::commit() {
   if (::rename(beside_.c_str(), target_.c_str()) != 0) fail(target_, errno);
   beside_.clear();
   sync_folder(target_);
+}
+
+void remove_abandoned(const std::filesystem::path& folder) {
+  static const std::regex beside(R"(\..+\.([1-9][0-9]{0,8})\.[0-9]+\.tmp)");
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    std::smatch parts;
+    if (!std::regex_match(name, parts, beside)) continue;
+    const bool gone = ::kill(std::stoi(parts[1]), 0) != 0 && errno == ESRCH;
+    if (gone) std::filesystem::remove(entry.path(), ignored);
+  }
 }
 
 void write_file(const std::filesystem::path& path, std::string_view content) {

@@ -28,6 +28,10 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
+/// Removes from a folder the files that were beside their targets when the programs that wrote them were
+/// killed. Those of programs that run stay.
+void remove_abandoned(const std::filesystem::path& folder);
+
 void write_file(const std::filesystem::path& path, std::string_view content);
 
 /// All of a set, or none as far as the disk allows: every file is complete beside its target before the

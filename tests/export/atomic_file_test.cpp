@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
@@ -54,6 +56,21 @@ TEST_F(AtomicFiles, LeaveNothingWithoutACommit) {
   }
   EXPECT_EQ(read("a"), "old");
   EXPECT_EQ(entries(), 1);
+}
+
+TEST_F(AtomicFiles, AreRemovedOnceTheirProgramIsGone) {
+  const pid_t gone = ::fork();
+  if (gone == 0) ::_exit(0);
+  ::waitpid(gone, nullptr, 0);
+  for (const std::string& name : {".a.json." + std::to_string(gone) + ".0.tmp", std::string(".other.tmp")})
+    std::ofstream(folder_ / name) << "half";
+  AtomicFile of_this_program(folder_ / "a");
+  EXPECT_EQ(entries(), 3);
+  remove_abandoned(folder_);
+  EXPECT_EQ(entries(), 2);
+  of_this_program.commit();
+  EXPECT_TRUE(fs::exists(folder_ / "a"));
+  EXPECT_TRUE(fs::exists(folder_ / ".other.tmp"));
 }
 
 TEST_F(AtomicFiles, KeepASymbolicLink) {
