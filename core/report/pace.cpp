@@ -21,7 +21,8 @@ Pace::Point* Pace::find(const CostPlace& place) {
 }
 
 double Pace::seconds_left(const Point& point, double of_one) const {
-  return of_one * (of_one > once_above_ ? std::min(1, point.runs_left) : point.runs_left);
+  const double stopped = point.reference ? of_one : std::min(of_one, limit_);
+  return stopped * (of_one > std::min(once_above_, limit_) ? std::min(1, point.runs_left) : point.runs_left);
 }
 
 /// Points of a method and variant that blew up let others of it be expected to.
@@ -78,7 +79,8 @@ void Pace::end_run(const CostPlace& place, double seconds, double whole) {
   point->seconds = point->measured ? std::min(point->seconds, seconds) : seconds;
   point->measured = true;
   if (seconds < whole) {
-    point->reached = seconds / (whole * (1 + point->runs_left));
+    // A run that was stopped says nothing of how far the others come.
+    if (seconds < limit_) point->reached = seconds / (whole * (1 + point->runs_left));
     point->runs_left = 0;
   }
   model_.add(place, whole);

@@ -19,8 +19,11 @@ class Stalls {
 /// How far the runs of a grid are: the seconds that they took beside those predicted for the ones left.
 class Pace {
  public:
-  /// A point whose run takes longer than this is not run again.
-  explicit Pace(double once_above = std::numeric_limits<double>::infinity()) : once_above_(once_above) {}
+  /// A point whose run takes longer than `once_above` is not run again, and no run takes longer than `limit`:
+  /// there it is stopped. The reference has no limit.
+  explicit Pace(double once_above = std::numeric_limits<double>::infinity(),
+                double limit = std::numeric_limits<double>::infinity())
+      : once_above_(once_above), limit_(limit) {}
 
   /// What an earlier run took, before anything is expected.
   void know(const CostPlace& place, double seconds) { model_.add(place, seconds); }
@@ -30,8 +33,8 @@ class Pace {
   /// Share of the whole that is done when the run at this place has done a share of its own in these seconds,
   /// some of them lost in pauses of the machine, which say nothing of what is left.
   double fraction(const CostPlace& running, double share, double seconds, double lost = 0.0) const;
-  /// Of a run that went to its end, or would have taken `whole` seconds to get there: it blew up, and is not
-  /// made again.
+  /// Of a run that went to its end, or would have taken `whole` seconds to get there: it blew up or was
+  /// stopped, and is not made again.
   void end_run(const CostPlace& place, double seconds, double whole);
   void end_run(const CostPlace& place, double seconds) { end_run(place, seconds, seconds); }
   /// Time that passed beside the runs' own.
@@ -52,7 +55,7 @@ class Pace {
   double expected_reach(const Point& point) const;
   double predict(const CostModel& model, const Point& point) const;
 
-  double once_above_, spent_ = 0.0;
+  double once_above_, limit_, spent_ = 0.0;
   CostModel model_;
   std::vector<Point> points_;
 };

@@ -30,10 +30,6 @@ bool same_series(const OrderAxis& axis, SceneSettings a, SceneSettings b) {
   return a == b;
 }
 
-bool usable(const ScenePoint& point) {
-  return point.outcome == Outcome::converged || point.outcome == Outcome::infeasible;
-}
-
 /// On the reference's own lattice there is no error of the lattice to be seen.
 bool tells(const OrderAxis& axis, const SceneErrorField& field, const ScenePoint& point,
            const SceneReport& report) {
@@ -68,10 +64,10 @@ std::vector<FittedOrder> fitted_orders(const SceneReport& report) {
   for (const OrderAxis& axis : order_axes) {
     std::vector<bool> taken(report.points.size(), false);
     for (std::size_t first = 0; first < report.points.size(); ++first) {
-      if (taken[first] || !usable(report.points[first])) continue;
+      if (taken[first] || !ended(report.points[first].outcome)) continue;
       std::vector<const ScenePoint*> series;
       for (std::size_t i = first; i < report.points.size(); ++i) {
-        if (!usable(report.points[i]) ||
+        if (!ended(report.points[i].outcome) ||
             !same_series(axis, report.points[first].settings, report.points[i].settings))
           continue;
         taken[i] = true;

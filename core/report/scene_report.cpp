@@ -12,6 +12,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/parallel/deadline.h"
 #include "core/report/material_points.h"
 #include "core/report/pace.h"
 #include "core/scene/simulation.h"
@@ -33,7 +34,7 @@ struct Run {
   std::int64_t cells = 0;
   Outcome outcome = Outcome::converged;
   std::string reason;
-  double share = 1.0;  ///< of the scene's duration: less where it blew up
+  double share = 1.0;  ///< of the scene's duration: less where it blew up or was stopped
 
   double seconds() const {
     double sum = 0.0;
@@ -78,12 +79,22 @@ void judge(const Snapshot& snapshot, const std::vector<Vec3>& points, const Scal
   }
 }
 
+/// nullopt where the time is up before the frame ends: the simulation is of no use then.
+std::optional<Snapshot> step_within(Simulation& simulation, const Progress& progress,
+                                    const std::optional<Deadline>& deadline) try {
+  return simulation.step(deadline ? deadline->progress() : progress);
+} catch (const Error& error) {
+  if (error.code() != ErrorCode::cancelled || !deadline || !deadline->passed()) throw;
+  return std::nullopt;
+}
+
 Run run_scene(Simulation& simulation, const MaterialPoints& points, const FrameSink& sink,
-              const Progress& progress, const std::function<void(double)>& fraction) {
+              const Progress& progress, double limit, const std::function<void(double)>& fraction) {
   Run run;
   const std::vector<BodyTopology> topology = simulation.topology();
   const PointTracker tracker(points, topology);
   const Scales scales = scene_scales(simulation);
+  const double frames = std::max(1.0, scales.duration * simulation.scene().frame_rate);
   for (const BodyTopology& body : topology)
     if (body.deformable) run.cells += static_cast<std::int64_t>(body.mesh->cells.size());
 
@@ -93,14 +104,24 @@ Run run_scene(Simulation& simulation, const MaterialPoints& points, const FrameS
     if (sink) sink(snapshot);
     judge(snapshot, run.points.back(), scales, run);
   };
+  std::optional<Deadline> deadline;
+  if (std::isfinite(limit)) deadline.emplace(progress, limit);
+  double taken = 0.0, t = 0.0;
   keep(simulation.snapshot());
-  while (!simulation.finished() && run.outcome != Outcome::blew_up) {
+  while (!simulation.finished() && ended(run.outcome)) {
     progress.throw_if_cancelled();
-    const Snapshot snapshot = simulation.step(progress);
-    run.frame_ms.push_back(snapshot.metrics.step_ms);
-    keep(snapshot);
-    fraction(snapshot.t / scales.duration);
-    if (run.outcome == Outcome::blew_up) run.share = std::min(1.0, snapshot.t / scales.duration);
+    const auto snapshot = taken <= limit ? step_within(simulation, progress, deadline) : std::nullopt;
+    if (snapshot) {
+      run.frame_ms.push_back(snapshot->metrics.step_ms);
+      taken += snapshot->metrics.step_ms / 1000.0, t = snapshot->t;
+      keep(*snapshot);
+      fraction(t / scales.duration);
+    } else {
+      run.outcome = Outcome::too_slow;
+      run.reason += fmt::format("{}stopped after {:g} s, at t = {:.4g} s of {:g} s",
+                                run.reason.empty() ? "" : "; ", limit, t, scales.duration);
+    }
+    if (!ended(run.outcome)) run.share = std::clamp(t / scales.duration, 0.5 / frames, 1.0);
   }
   return run;
 }
@@ -164,15 +185,15 @@ struct Study {
 };
 
 /// Which run it is of the same settings.
-enum class RunKind { reference, first, repeated };
-
-constexpr double slow_run_seconds = 10.0;
-constexpr double wild_energy = 1000.0;  ///< as an error
+enum class RunKind { reference, coarser_reference, first, repeated };
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+constexpr double slow_run_seconds = 10.0;
+constexpr double wild_energy = 1000.0;  ///< as an error
 
 Run measured_run(Study& study, const SceneSettings& settings, RunKind kind, const std::string& phase) {
   const SceneReportOptions& options = study.options;
@@ -183,13 +204,15 @@ Run measured_run(Study& study, const SceneSettings& settings, RunKind kind, cons
     study.points = choose_material_points(simulation->topology(), options.material_points);
     study.scales = scene_scales(*simulation);
   }
-  const bool recorded = kind != RunKind::repeated;
+  const bool recorded = kind == RunKind::reference || kind == RunKind::first;
   if (recorded && options.on_start)
     options.on_start(kind == RunKind::first ? std::optional(settings) : std::nullopt, *simulation);
   const FrameSink sink = recorded ? options.on_frame : nullptr;
   Stalls stalls;
   Clock::time_point frame = Clock::now();
-  Run run = run_scene(*simulation, study.points, sink, study.progress, [&](double share) {
+  const bool of_point = kind == RunKind::first || kind == RunKind::repeated;
+  const double limit = of_point ? options.point_limit : std::numeric_limits<double>::infinity();
+  Run run = run_scene(*simulation, study.points, sink, study.progress, limit, [&](double share) {
     stalls.add(seconds_since(std::exchange(frame, Clock::now())));
     study.progress.report(
         phase, study.pace.fraction(cost_place(settings), share, seconds_since(start), stalls.lost()));
@@ -233,6 +256,8 @@ class Probe {
         for (SceneBody& body : scene.bodies) {
           body.velocity = body.angular_velocity = Vec3::Zero();
           if (auto* deformable = std::get_if<DeformableBody>(&body.kind)) deformable->start = {};
+          if (auto* rigid = std::get_if<RigidBody>(&body.kind); rigid && rigid->motion)
+            rigid->motion.reset(), rigid->is_static = true;
         }
         place->second = study_.build(scene);
       } catch (const Error& error) {
@@ -308,9 +333,13 @@ void run_reference(Study& study, ScenePoint& reference) {
   study.reference = measured_run(study, reference.settings, RunKind::reference, "reference");
   describe(study.reference, reference);
   add_times({study.reference.frame_ms}, reference);
-  const Run coarser = measured_run(study, at_half_the_substeps(reference.settings), RunKind::repeated,
-                                   "reference at twice its step");
+  const Run coarser = measured_run(study, at_half_the_substeps(reference.settings),
+                                   RunKind::coarser_reference, "reference at twice its step");
   reference.errors = compare(coarser, study.reference, study.scales);
+}
+
+void set_no_errors(ScenePoint& point) {
+  for (const SceneErrorField& field : scene_error_fields()) point.errors.*field.value = not_measured;
 }
 
 ScenePoint run_point(Study& study, const SceneSettings& settings, const std::string& phase) {
@@ -322,9 +351,14 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, const std::str
     while (std::ssize(frame_ms) < repeats) {
       const Run run =
           measured_run(study, settings, frame_ms.empty() ? RunKind::first : RunKind::repeated, phase);
+      if (run.outcome == Outcome::too_slow && !frame_ms.empty()) break;  // for once: the first stands
       frame_ms.push_back(run.frame_ms);
       if (frame_ms.size() > 1) continue;
       describe(run, point);
+      if (point.outcome == Outcome::too_slow) {
+        set_no_errors(point);
+        break;
+      }
       point.errors = compare(run, study.reference, study.scales);
       if (point.outcome != Outcome::blew_up && point.errors.energy > wild_energy) {
         point.outcome = Outcome::blew_up;
@@ -338,19 +372,21 @@ ScenePoint run_point(Study& study, const SceneSettings& settings, const std::str
     if (error.code() == ErrorCode::cancelled || error.code() == ErrorCode::cannot_write) throw;
     point.outcome = Outcome::failed;
     point.reason = error.what();
-    for (const SceneErrorField& field : scene_error_fields()) point.errors.*field.value = not_measured;
+    set_no_errors(point);
   }
   study.pace.leave_out(cost_place(settings));
   add_times(frame_ms, point);
+  if (point.outcome == Outcome::too_slow) point.seconds = study.options.point_limit;
   return point;
 }
 
 /// What is done of a grid, in its order.
 using DonePoints = std::vector<std::optional<ScenePoint>>;
 
-/// What failed costs little to try again.
-bool settled(const std::optional<ScenePoint>& point) {
-  return point && point->outcome != Outcome::failed;
+/// What failed costs little to try again; what was stopped is, under a higher limit.
+bool settled(const Study& study, const std::optional<ScenePoint>& point) {
+  if (!point || point->outcome == Outcome::failed) return false;
+  return point->outcome != Outcome::too_slow || study.options.point_limit <= point->seconds;
 }
 
 /// The points of an earlier run stay, where the axes do not ask for them, too.
@@ -386,13 +422,13 @@ DonePoints done_before(const std::vector<SceneSettings>& grid, const SceneReport
 
 Pace pace_of(const Study& study, const ScenePoint& reference, const std::vector<CostPlace>& places,
              const DonePoints& done) {
-  Pace pace(slow_run_seconds);
+  Pace pace(slow_run_seconds, study.options.point_limit);
   for (std::size_t i = 0; i < places.size(); ++i)
-    if (settled(done[i]) && done[i]->outcome != Outcome::blew_up) pace.know(places[i], done[i]->seconds);
+    if (settled(study, done[i]) && ended(done[i]->outcome)) pace.know(places[i], done[i]->seconds);
   pace.expect_reference(cost_place(reference.settings));
   pace.expect_reference(cost_place(at_half_the_substeps(reference.settings)));
   for (std::size_t i = 0; i < places.size(); ++i)
-    if (!settled(done[i])) pace.expect(places[i], std::max(1, study.options.repeats));
+    if (!settled(study, done[i])) pace.expect(places[i], std::max(1, study.options.repeats));
   return pace;
 }
 
@@ -403,7 +439,8 @@ void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& 
       if (point) report.points.push_back(*point);
   };
   collect();
-  if (std::ranges::all_of(done, settled)) return;
+  const auto is_settled = [&](const auto& point) { return settled(study, point); };
+  if (std::ranges::all_of(done, is_settled)) return;
   std::vector<CostPlace> places;
   std::ranges::transform(grid, std::back_inserter(places), cost_place);
   study.pace = pace_of(study, report.reference, places, done);
@@ -411,9 +448,9 @@ void run_grid(Study& study, const std::vector<SceneSettings>& grid, DonePoints& 
   reference.settings = report.reference.settings;
   run_reference(study, reference);
   report.reference = reference;
-  auto number = std::ranges::count_if(done, settled);
+  auto number = std::ranges::count_if(done, is_settled);
   for (std::size_t i : revealing_order(places)) {
-    if (settled(done[i])) continue;
+    if (is_settled(done[i])) continue;
     const std::string phase = "point " + std::to_string(++number) + " of " + std::to_string(grid.size());
     done[i] = run_point(study, grid[i], phase);
     collect();
@@ -447,6 +484,7 @@ SceneReport report_scene(const Scene& scene, const SceneReportOptions& options, 
     Probe probe(study);
     std::vector<SceneSettings> grid = scene_grid(
         scene, options.axes, [&](const SceneSettings& settings) { return probe.as_stepped(settings); });
+    if (!options.axes.resolutions) report.one_lattice = why_one_lattice(scene);
     add_earlier(options.earlier, grid);
     report.reference.settings = reference_settings(options, grid, probe);
     if (!options.earlier.points.empty())

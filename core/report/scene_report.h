@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,8 +45,13 @@ enum class Outcome {
   infeasible,  ///< finite, but a frame fell short of the tolerance
   blew_up,     ///< a position is not finite or a thousand times the scene's size away, or as much energy came
                ///< from nowhere
+  too_slow,    ///< stopped at the limit of a run
   failed,      ///< could not be compiled
 };
+/// Whether a run reached the end of its scene, and so has errors that can be compared.
+constexpr bool ended(Outcome outcome) {
+  return outcome == Outcome::converged || outcome == Outcome::infeasible;
+}
 
 struct ScenePoint {
   SceneSettings settings;
@@ -66,12 +72,15 @@ struct SceneReport {
   std::string scene;
   ScenePoint reference;  ///< what the errors are measured against; its own are those at half its substeps
   std::vector<ScenePoint> points;
-  bool complete = true;  ///< false when cancelled: what was done is here
+  bool complete = true;     ///< false when cancelled: what was done is here
+  std::string one_lattice;  ///< why the resolution is no axis, where nobody asked for one; empty where it is
 };
 
 struct SceneReportOptions {
   SceneAxes axes;
   int repeats = 3;
+  /// Seconds after which a run of a point is stopped; the reference has no limit.
+  double point_limit = std::numeric_limits<double>::infinity();
   int reference_refinement = 16;  ///< substeps of the reference over the largest of the grid
   double reference_tolerance = 1e-10;
   int material_points = 256;  ///< followed a body

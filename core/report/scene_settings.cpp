@@ -1,7 +1,11 @@
 #include "core/report/scene_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "core/common/error.h"
 
@@ -45,6 +49,18 @@ std::vector<int> usual_substeps(SceneSettings settings, const AsStepped& as_step
   return sorted(std::move(substeps));
 }
 
+/// Cubes that fill the same box, or the body would be another.
+Vec3i refined(const Vec3i& cells, double resolution, const std::string& body) {
+  constexpr double written_short = 0.01;  // cells: 0.333 is a third
+  const Vec3 wanted = cells.cast<double>() * resolution, whole = wanted.array().round();
+  if (whole.minCoeff() < 1.0 || (wanted - whole).cwiseAbs().maxCoeff() > written_short)
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("{} × {} × {} cells of body \"{}\" times {:g} are no whole cells", cells.x(),
+                            cells.y(), cells.z(), body, resolution),
+                "choose a factor that leaves whole ones along each axis, as 2 does");
+  return whole.cast<int>();
+}
+
 void refine(SceneBody& body, double resolution) {
   auto* deformable = std::get_if<DeformableBody>(&body.kind);
   if (!deformable || resolution == 1.0) return;
@@ -53,10 +69,8 @@ void refine(SceneBody& body, double resolution) {
     if (!deformable->edge_modulus) deformable->edge_modulus = deformable->edge_stiffness / lattice->cell_size;
     if (!deformable->diagonal_modulus)
       deformable->diagonal_modulus = deformable->diagonal_stiffness / lattice->cell_size;
-    const Vec3 extent = lattice->cells.cast<double>() * lattice->cell_size;
-    const int longest = std::max(1, static_cast<int>(std::lround(lattice->cells.maxCoeff() * resolution)));
-    lattice->cell_size = extent.maxCoeff() / longest;
-    lattice->cells = (extent / lattice->cell_size).array().round().max(1.0).cast<int>();
+    const Vec3i own = std::exchange(lattice->cells, refined(lattice->cells, resolution, body.name));
+    lattice->cell_size *= static_cast<double>(own.maxCoeff()) / lattice->cells.maxCoeff();
     return;
   }
   if (!deformable->edge_modulus || !deformable->diagonal_modulus)
@@ -68,30 +82,45 @@ void refine(SceneBody& body, double resolution) {
     throw Error(ErrorCode::invalid_argument,
                 "the model of body \"" + body.name + "\" is finished: its cells do not follow the resolution",
                 "name the mesh that it was made of");
-  mesh->meshing.lattice.cells =
-      std::max(2, static_cast<int>(std::lround(mesh->meshing.lattice.cells * resolution)));
+  int& cells = mesh->meshing.lattice.cells;
+  const int own = std::exchange(cells, static_cast<int>(std::lround(cells * resolution)));
+  if (cells < 2)
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("{} cells of body \"{}\" times {:g} are less than 2", own, body.name, resolution),
+                "choose a larger factor");
 }
 
-std::int64_t asked_cells(const Scene& scene) {
-  std::int64_t cells = 0;
+bool has_cells(const Scene& scene) {
+  return std::ranges::any_of(
+      scene.bodies, [](const SceneBody& body) { return std::holds_alternative<DeformableBody>(body.kind); });
+}
+
+/// Half the cells of each body, or the closest share that leaves every lattice its shape.
+double coarser(const Scene& scene) {
+  int divisor = 0;
   for (const SceneBody& body : scene.bodies)
-    if (const auto* deformable = std::get_if<DeformableBody>(&body.kind)) {
+    if (const auto* deformable = std::get_if<DeformableBody>(&body.kind))
       if (const auto* lattice = std::get_if<LatticeShape>(&deformable->shape))
-        cells += lattice->cells.cast<std::int64_t>().prod();
-      if (const auto* mesh = std::get_if<MeshShape>(&deformable->shape)) cells += mesh->meshing.lattice.cells;
-    }
-  return cells;
+        for (int cells : lattice->cells) divisor = std::gcd(divisor, cells);
+  if (divisor == 1)
+    throw Error(ErrorCode::invalid_argument, "the numbers of cells along the axes have no common divisor",
+                "fewer cells would be other bodies; resolutions of 1 and 2 compare with more");
+  return divisor == 0 ? 0.5 : std::round(0.5 * divisor) / divisor;
 }
 
-/// Half the cells as well, where every body follows and one has then fewer.
-std::vector<double> usual_resolutions(const Scene& scene) try {
-  const Scene half = apply_settings(scene, {.resolution = 0.5});
-  return asked_cells(half) < asked_cells(scene) ? std::vector{0.5, 1.0} : std::vector{1.0};
-} catch (const Error&) {
-  return {1.0};
+std::vector<double> usual_resolutions(const Scene& scene) {
+  if (!has_cells(scene) || !why_one_lattice(scene).empty()) return {1.0};
+  return {coarser(scene), 1.0};
 }
 
 }  // namespace
+
+std::string why_one_lattice(const Scene& scene) try {
+  if (has_cells(scene)) apply_settings(scene, {.resolution = coarser(scene)});
+  return "";
+} catch (const Error& error) {
+  return fmt::format("{}: {}", error.what(), error.hint());
+}
 
 std::vector<SceneSettings> scene_grid(const Scene& scene, const SceneAxes& axes,
                                       const AsStepped& as_stepped) {

@@ -37,10 +37,11 @@ struct ReportCommand {
   std::vector<double> tolerances, resolutions;
   MeshingAxes meshing;
   int repeats = 3, refinement = 16;
-  std::optional<double> budget_ms;
+  std::optional<double> budget_ms, point_limit;
   bool resume = false, recordings = false;
 };
 
+/// Without what a program that was killed has left in it.
 void make_folder(const fs::path& folder) {
   std::error_code failure;
   fs::create_directories(folder, failure);
@@ -48,6 +49,7 @@ void make_folder(const fs::path& folder) {
     throw Error(ErrorCode::cannot_write,
                 fmt::format("cannot make the folder {}: {}", folder.string(), failure.message()),
                 "name one where you may write");
+  remove_abandoned(folder);
 }
 
 /// The three files of a report.
@@ -119,13 +121,27 @@ void print_scene_report(const CliContext& context, const SceneReport& report, co
   context.print(fmt::format("{:<12} {:<16} {:>8} {:>9} {:>6} {:>10} {:>12} {:>12}  {}", "solver", "springs",
                             "substeps", "tolerance", "res", "ms a step", "trajectory", "cell volume",
                             "outcome"));
-  for (const ScenePoint& p : report.points)
-    context.print(
-        fmt::format("{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10} {:>12} {:>12}  {}{}",
-                    solver_name(p.settings.solver), springs_name(p.settings.springs), p.settings.substeps,
-                    p.settings.tolerance, p.settings.resolution, figure(p.ms_per_step.median, "{:.3g}"),
-                    figure(p.errors.trajectory_rms, "{:.2e}"), figure(p.errors.max_cell_volume, "{:.2e}"),
-                    outcome_name(p.outcome), p.reason.empty() ? "" : ": " + p.reason));
+  const double floor = error_floor(report, scene_error_fields().front());
+  bool any_below = false;
+  for (const ScenePoint& p : report.points) {
+    const bool below = p.errors.trajectory_rms <= floor;
+    any_below |= below;
+    context.print(fmt::format(
+        "{:<12} {:<16} {:>8} {:>9.0e} {:>6.2g} {:>10} {:>12} {:>12}  {}{}", solver_name(p.settings.solver),
+        springs_name(p.settings.springs), p.settings.substeps, p.settings.tolerance, p.settings.resolution,
+        figure(p.ms_per_step.median, "{:.3g}"), figure(p.errors.trajectory_rms, below ? "~{:.2e}" : "{:.2e}"),
+        figure(p.errors.max_cell_volume, "{:.2e}"), outcome_name(p.outcome),
+        p.reason.empty() ? "" : ": " + p.reason));
+  }
+  if (!report.one_lattice.empty()) context.note(fmt::format("one resolution only: {}", report.one_lattice));
+  if (!report.points.empty())
+    context.note(fmt::format("at twice its step the reference is {:.2e} m (rms) from itself{}",
+                             report.reference.errors.trajectory_rms,
+                             any_below
+                                 ? fmt::format("; errors up to {:.2e} m (~) cannot be told from its own, "
+                                               "and no order is fitted to them",
+                                               floor)
+                                 : ""));
   if (report.reference.outcome != Outcome::converged && !report.points.empty())
     context.warning(fmt::format(
         "the reference itself is no solution ({}: {}): errors against it are differences between two runs",
@@ -199,6 +215,7 @@ std::string run_scene_report(CliContext& context, const ReportCommand& command, 
   options.axes = scene_axes(command);
   options.repeats = command.repeats;
   options.reference_refinement = command.refinement;
+  options.point_limit = command.point_limit.value_or(options.point_limit);
   const std::string source = source_of(input, scene);
   if (command.resume && fs::exists(folder / "report.json"))
     options.earlier = decode_scene_report(read_bytes((folder / "report.json").string()), source);
@@ -405,13 +422,21 @@ void add_report_command(CLI::App& app, CliContext& context) {
        "Largest relative volume error of a cell, 1e-12 to 0.1; 1e-2, 1e-4 and the scene's own when absent")
       ->check(range(tolerance_range));
   list(scene_group, "--resolutions", options->resolutions, "FACTOR,...",
-       "Factors on the cells of each deformable body, 0.125 to 8; 0.5 and 1 when absent")
+       "Factors on the cells of each deformable body, 0.125 to 8, that leave whole cells along each axis; "
+       "when "
+       "absent 1 and 0.5, or the closest one below 1 that does")
       ->check(range(resolution_range));
   command
       ->add_option("--refinement", options->refinement,
                    "Substeps of the reference over the largest of the grid")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str()
+      ->group(scene_group);
+  command
+      ->add_option("--point-limit", options->point_limit,
+                   "Seconds after which a run of a point is stopped, and the point named too slow; none when "
+                   "absent. The reference has no limit")
+      ->check(CLI::PositiveNumber)
       ->group(scene_group);
   command
       ->add_flag(

@@ -29,9 +29,10 @@ constexpr Names<SpringIntegrator, 4> springs_names{{{SpringIntegrator::automatic
                                                     {SpringIntegrator::symplectic, "symplectic"},
                                                     {SpringIntegrator::implicit, "implicit"},
                                                     {SpringIntegrator::energy_momentum, "energy_momentum"}}};
-constexpr Names<Outcome, 4> outcome_names{{{Outcome::converged, "converged"},
+constexpr Names<Outcome, 5> outcome_names{{{Outcome::converged, "converged"},
                                            {Outcome::infeasible, "infeasible"},
                                            {Outcome::blew_up, "blew_up"},
+                                           {Outcome::too_slow, "too_slow"},
                                            {Outcome::failed, "failed"}}};
 
 template <class T, std::size_t N>
@@ -293,6 +294,7 @@ std::string encode_scene_report(const SceneReport& report, std::optional<double>
   Json json = provenance("scene", report.complete, source);
   json["scene"] = report.scene;
   json["reference"] = to_json(report.reference);
+  json["one_lattice"] = report.one_lattice;
   json["fields"] = Json::array();
   for (const SceneErrorField& field : scene_error_fields())
     json["fields"].push_back(
@@ -348,10 +350,11 @@ std::string encode_meshing_report(const MeshingReport& report, std::string_view 
                                   std::optional<double> budget_ms, std::string_view source) {
   Json json = provenance("meshing", report.complete, source);
   json["input"] = input;
-  json["fields"] = {{{"name", "distance"}, {"label", "distance between boundary and input, the larger way"}},
-                    {{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
-                    {{"name", "input_to_boundary"}, {"label", "distance from the input to the boundary"}},
-                    {{"name", "volume"}, {"label", "volume error (closed input)"}}};
+  json["fields"] = {
+      {{"name", "distance"}, {"label", "distance between boundary and input, the larger way"}},
+      {{"name", "boundary_to_input"}, {"label", "distance from the boundary to the input"}},
+      {{"name", "input_to_boundary"}, {"label", "distance from the input to the model, 0 within"}},
+      {{"name", "volume"}, {"label", "volume error (closed input)"}}};
   json["points"] = Json::array();
   for (const MeshingPoint& p : report.points) {
     const QualitySummary& q = p.quality;

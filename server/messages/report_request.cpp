@@ -103,6 +103,7 @@ SceneReportRequest read_scene_report(ObjectReader& reader) {
   SceneReportOptions& options = request.options;
   options.reference_refinement = static_cast<int>(
       reader.integer("refinement", 1, max_refinement).value_or(options.reference_refinement));
+  options.point_limit = reader.number("point_limit", 1e-3, 1e6).value_or(options.point_limit);
   if (const Json* json = reader.member("axes")) {
     ObjectReader axes(*json, "/axes");
     options.axes = {read_names(axes, "solvers", solver_named), read_names(axes, "springs", springs_named),

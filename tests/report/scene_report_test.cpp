@@ -143,6 +143,14 @@ class Planted : public Simulation {
   Change change_;
 };
 
+class Endless : public Planted {
+ public:
+  explicit Endless(std::unique_ptr<Simulation> inner) : Planted(std::move(inner), {}) {}
+  Snapshot step(const Progress& progress) override {
+    for (;;) progress.throw_if_cancelled();
+  }
+};
+
 /// Leaves the reference as it is.
 auto planting(Planted::Change change) {
   return [change](const Scene& part, Progress& progress) -> std::unique_ptr<Simulation> {
@@ -348,6 +356,102 @@ TEST(SceneReport, ResolutionKeepsTheMaterial) {
   EXPECT_EQ(std::get<LatticeShape>(fine.shape).cells, Vec3i::Constant(4));
   EXPECT_DOUBLE_EQ(std::get<LatticeShape>(fine.shape).cell_size, 0.25);
   EXPECT_DOUBLE_EQ(fine.edge_modulus.value(), 600.0);
+}
+
+/// Turned by half a radian about its middle, which stays.
+TEST(SceneReport, APlantedTurnOfARigidBodyIsSeen) {
+  Scene scene;
+  scene.duration = 0.1;
+  scene.gravity = Vec3::Zero();
+  SceneBody stone;
+  stone.name = "stone";
+  stone.kind = RigidBody{BoxShape{{0.1, 0.2, 0.3}}, false, 2.0, {}};
+  scene.bodies.push_back(stone);
+  SceneReportOptions options;
+  options.axes = only_substeps({1});
+  options.repeats = 1;
+  options.build = [](const Scene& part, Progress& progress) -> std::unique_ptr<Simulation> {
+    auto simulation = compile(part, progress);
+    if (part.solver.substeps != 1) return simulation;  // the reference
+    return std::make_unique<Planted>(std::move(simulation), [](Snapshot& frame) {
+      frame.bodies[0].orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Vec3::UnitZ()));
+    });
+  };
+  Progress quiet;
+  const SceneErrors errors = report_scene(scene, options, quiet).points.at(0).errors;
+  const double chord = 2.0 * std::sin(0.25);
+  EXPECT_NEAR(errors.trajectory_max, 0.2 * chord, 1e-12);  // the middles of its sides
+  EXPECT_NEAR(errors.trajectory_rms, chord * std::sqrt((0.01 + 0.04) * 2.0 / 6.0), 1e-12);
+}
+
+TEST(SceneReport, ResolutionKeepsTheBody) {
+  DeformableBody body = cube(2, 1.0);
+  auto& lattice = std::get<LatticeShape>(body.shape);
+  const auto usual = [&](const Vec3i& cells) {
+    lattice.cells = cells;
+    const Scene scene = one_body(body, 0.1);
+    std::vector<double> resolutions;
+    for (const SceneSettings& settings : scene_grid(scene, {}, [](const SceneSettings& s) { return s; }))
+      if (std::ranges::find(resolutions, settings.resolution) == resolutions.end())
+        resolutions.push_back(settings.resolution);
+    for (double resolution : resolutions) {
+      const Scene changed = apply_settings(scene, {.resolution = resolution});
+      const auto& coarse = std::get<LatticeShape>(std::get<DeformableBody>(changed.bodies[0].kind).shape);
+      EXPECT_LT((coarse.cells.cast<double>() * coarse.cell_size - cells.cast<double>() * lattice.cell_size)
+                    .cwiseAbs()
+                    .maxCoeff(),
+                1e-12);
+    }
+    EXPECT_EQ(why_one_lattice(scene).empty(), resolutions.size() == 2);
+    return resolutions;
+  };
+  EXPECT_EQ(usual({4, 2, 6}), (std::vector{0.5, 1.0}));
+  EXPECT_EQ(usual({9, 3, 6}), (std::vector{2.0 / 3.0, 1.0}));
+  EXPECT_EQ(usual({5, 5, 10}), (std::vector{0.6, 1.0}));
+  EXPECT_EQ(usual({4, 3, 4}), (std::vector{1.0}));
+  EXPECT_THROW(apply_settings(one_body(body, 0.1), {.resolution = 0.5}), Error);
+}
+
+/// Every one of its six frames takes a thousand seconds.
+TEST_F(CancelledReport, APointThatIsTooSlowIsStoppedAndNamed) {
+  options.axes = only_substeps({1});
+  options.repeats = 3;
+  options.point_limit = 3500.0;
+  int runs = 0;
+  options.build = planting([](Snapshot& frame) { frame.metrics.step_ms = 1e6; });
+  options.on_start = [&](const auto& settings, const Simulation&) { runs += settings ? 1 : 0; };
+  SceneReport report = report_scene(scene, options, progress);
+  ASSERT_EQ(report.points.size(), 1u);
+  EXPECT_EQ(report.points[0].outcome, Outcome::too_slow);
+  EXPECT_EQ(report.points[0].seconds, options.point_limit);
+  EXPECT_EQ(report.points[0].ms_per_step.median, 1e6);
+  EXPECT_TRUE(std::isnan(report.points[0].errors.trajectory_rms));
+  EXPECT_NE(report.points[0].reason.find("after 3500 s, at t = 0.06667 s"), std::string::npos)
+      << report.points[0].reason;
+  EXPECT_EQ(fit_budget(report, 1e6), nullptr);
+  EXPECT_EQ(runs, 1);
+
+  options.earlier = report;  // the same limit: it would be stopped again
+  EXPECT_EQ(report_scene(scene, options, progress).points[0].outcome, Outcome::too_slow);
+  EXPECT_EQ(runs, 1);
+  options.point_limit = 1e5;
+  EXPECT_EQ(report_scene(scene, options, progress).points[0].outcome, Outcome::converged);
+  EXPECT_EQ(runs, 2);
+}
+
+/// A frame that would never end.
+TEST_F(CancelledReport, APointIsStoppedWithinAFrame) {
+  options.axes = only_substeps({1});
+  options.point_limit = 0.01;
+  options.build = [](const Scene& part, Progress& quiet) -> std::unique_ptr<Simulation> {
+    auto simulation = compile(part, quiet);
+    if (part.solver.substeps != 1 || part.gravity == Vec3::Zero()) return simulation;
+    return std::make_unique<Endless>(std::move(simulation));
+  };
+  const ScenePoint point = report_scene(scene, options, progress).points.at(0);
+  EXPECT_EQ(point.outcome, Outcome::too_slow);
+  EXPECT_EQ(point.seconds, options.point_limit);
+  EXPECT_TRUE(std::isnan(point.ms_per_step.median));
 }
 
 TEST(Stability, APlantedShortfallIsSeen) {

@@ -96,7 +96,7 @@ test('the self-contained report says how the points ended, and plots the finite 
     }));
     assert.equal(await page.locator('#outcomes').textContent(), '4 points: 2 converged, 1 infeasible, 1 blew up.');
     const figure = title => page.locator('figure').filter({has: page.getByText(title, {exact: true})});
-    await figure('penetration (m)').getByText('Zero, or not defined, at every point that did not blow up or fail.').waitFor();
+    await figure('penetration (m)').getByText('Zero, or not defined, at every point that ended.').waitFor();
     const plot = figure('largest cell volume error').locator('.error-plot');
     const top = (await plot.locator('.blew_up .mark').boundingBox()).y;
     for (const mark of await plot.locator('.dot:not(.blew_up) .mark').all()) assert.ok((await mark.boundingBox()).y > top);

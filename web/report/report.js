@@ -43,8 +43,8 @@ const scrolled = (title, element) => h('div', {class: 'scroll', tabindex: '0', r
 function nothing_to_plot(name) {
   const points = report.points.filter(usable);
   const most = Math.max(0, ...points.map(point => point.errors[name] ?? 0)), floor = floor_of(report, name);
-  const where = points.length < report.points.length ? 'at every point that did not blow up or fail' : 'at every point';
-  if (points.length === 0) return 'Every point blew up or failed.';
+  const where = points.length < report.points.length ? 'at every point that ended' : 'at every point';
+  if (points.length === 0) return 'Every point blew up, was stopped or failed.';
   if (most === 0) return `Zero, or not defined, ${where}.`;
   if (most <= floor) return `At most ${digits(most)} ${where}: no more than ${floor < 1e-13 ? 'round-off' : `the reference's own error of ${digits(floor)}`}.`;
   return null;
@@ -66,7 +66,7 @@ function draw_plots(time, pick) {
 }
 
 const outcomes = report.kind === 'meshing' ? {converged: 'complete', infeasible: 'incomplete', failed: 'failed'}
-  : {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', failed: 'failed'};
+  : {converged: 'converged', infeasible: 'infeasible', blew_up: 'blew up', too_slow: 'too slow', failed: 'failed'};
 /// Two columns: the outcome, and why.
 const outcome = point => [outcomes[point.outcome], point.reason];
 
@@ -102,6 +102,7 @@ function say_reference({settings: own, seconds, outcome, reason, errors}) {
 
 function draw_scene() {
   say_reference(report.reference);
+  if (report.one_lattice) say('one-lattice', `One resolution only: ${report.one_lattice}.`);
   draw_points('ms a step', 'Points (the front of the trajectory error is marked)',
     ['settings', 'substeps', 'outcome', 'why', 'ms a step', 'min – max', '95 % within', 'cells', 'recoveries', ...names],
     p => [p.series, p.settings.substeps, ...outcome(p), p.ms_per_step.median, range(p.ms_per_step), p.ms_p95, p.cells, p.recoveries, ...names.map(name => p.errors[name])],
@@ -121,7 +122,7 @@ function draw_orders(orders) {
 
 function draw_meshing() {
   draw_points('ms from soup to tets', 'Points (the front of the larger distance is marked)',
-    ['settings', 'cells', 'outcome', 'why', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → boundary', 'cell diagonals from the pseudo volume', 'on average', 'coverage', 'smallest dihedral', 'inverted'],
+    ['settings', 'cells', 'outcome', 'why', 'tets', 'ms', 'min – max', 'volume error', 'boundary → input', 'input → model', 'cell diagonals from the pseudo volume', 'on average', 'coverage', 'smallest dihedral', 'inverted'],
     p => [p.series, p.settings.cells, ...outcome(p), p.tets, p.ms_per_step.median, range(p.ms_per_step), p.volume_error,
       p.errors.boundary_to_input, p.errors.input_to_boundary,
       p.max_diagonals_to_pseudo_volume, p.mean_diagonals_to_pseudo_volume, p.coverage, p.min_dihedral_deg, p.inverted],
