@@ -380,11 +380,13 @@ bool EnergyGuard::is_entered(int group) const {
 }
 
 void EnergyGuard::carry_along(const Carriage& carriage, int group) {
-  const auto& [from, to, motion, gained] = carriage;
+  // By name: clang 14 lets no lambda use a structured binding.
+  const Pose &from = carriage.from, &to = carriage.to;
+  const RigidPart& motion = carriage.motion;
   const Eigen::Quaterniond turn = to.orientation * from.orientation.conjugate();
   RigidPart motion_after = motion;
   motion_after.center = to.to_world(from.to_local(motion.center));
-  motion_after.velocity += gained;
+  motion_after.velocity += carriage.gained;
   for_soft(group, [&](SceneSoftBody& soft) {
     SoftBody& body = soft.body;
     for (std::size_t i = 0; i < body.size(); ++i) {
