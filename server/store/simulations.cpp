@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/scene/memory_estimate.h"
+#include "server/messages/problem_messages.h"
 
 namespace isochor {
 namespace {
@@ -29,7 +30,7 @@ Simulations::~Simulations() = default;
 std::shared_ptr<SimulationRunner> Simulations::create(Build build, RunOptions options) {
   return data_.with([&](Data& data) {
     if (data.slots.size() >= max_simulations && !drop_oldest_idle(data, ""))
-      throw Error(ErrorCode::over_budget, "too many simulations are running", "delete one, or pause it");
+      throw RefusalException{{503, "busy", "too many simulations are running", "delete one, or pause it"}};
     options.id = "s" + std::to_string(data.next++);
     auto feed = std::make_shared<FrameFeed>(waker_, encoder_, frame_bytes_);
     auto runner = std::make_unique<SimulationRunner>(

@@ -23,7 +23,7 @@ class Simulations {
   Simulations(std::shared_ptr<Waker> waker, std::int64_t max_bytes, std::int64_t frame_bytes);
   ~Simulations();
 
-  /// Throws over_budget when all of them are in use.
+  /// Throws a RefusalException (503) when all of them are in use.
   std::shared_ptr<SimulationRunner> create(Build build, RunOptions options);
   std::shared_ptr<SimulationRunner> find(const std::string& id);  ///< throws Missing
   void remove(const std::string& id);                             ///< it stops; its memory is freed meanwhile

@@ -49,6 +49,22 @@ TEST_F(SimulationsApi, TheTagOfATopologyIsThatOfNoOtherLaunch) {
   EXPECT_NE(tag(client_, 1), tag(other.client(), 3));
 }
 
+TEST_F(SimulationsApi, WhileAllAreInUseAnotherIsAskedToComeBack) {
+  std::vector<std::string> playing;
+  HttpResponse response;
+  const auto ask = [&] {
+    return client_.send_json("POST", "/api/v1/simulations?state=playing", falling_box);
+  };
+  for (response = ask(); response.status == 201 && playing.size() < 100; response = ask())
+    playing.push_back("/api/v1/simulations/" + response.json()["id"].get<std::string>());
+  EXPECT_EQ(response.status, 503) << response.body;
+  EXPECT_EQ(response.json()["code"], "busy");
+  EXPECT_EQ(response.header("retry-after"), "1");
+  EXPECT_EQ(patch(playing.front(), {{"state", "paused"}}).status, 200);
+  EXPECT_EQ(ask().status, 201);
+  EXPECT_EQ(client_.get(playing.front()).status, 410);
+}
+
 TEST_F(SimulationsApi, ASceneStartsPausedWithItsPlan) {
   const HttpResponse response = client_.send_json("POST", "/api/v1/simulations", falling_box);
   const json simulation = response.json();
