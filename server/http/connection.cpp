@@ -1,8 +1,6 @@
 #include "server/http/connection.h"
 
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -23,10 +21,6 @@ constexpr auto turn = std::chrono::milliseconds(2);
 /// read.
 constexpr std::size_t max_discarded = 8 << 20;
 
-void set_option(int socket, int level, int name, int value) {
-  setsockopt(socket, level, name, &value, sizeof value);
-}
-
 /// An assignment would keep its memory.
 void let_go(std::string& text) {
   std::string().swap(text);
@@ -46,11 +40,7 @@ void Socket::close() {
 }
 
 Connection::Connection(Socket socket, std::uint64_t id, const ConnectionLimits& limits, Clock::time_point now)
-    : socket_(std::move(socket)), id_(id), limits_(limits), opened_(now), deadline_(now + limits.head) {
-  set_option(socket_.descriptor(), IPPROTO_TCP, TCP_NODELAY, 1);
-  // Bounds what the kernel holds for a slow reader, and lets newer frames replace what was not sent yet.
-  set_option(socket_.descriptor(), SOL_SOCKET, SO_SNDBUF, 256 * 1024);
-}
+    : socket_(std::move(socket)), id_(id), limits_(limits), opened_(now), deadline_(now + limits.head) {}
 
 void Connection::close() {
   if (state_ == State::closed) return;

@@ -37,7 +37,7 @@ void ConnectionSet::forget(int descriptor) const {
   control(epoll_, EPOLL_CTL_DEL, descriptor, 0, 0);
 }
 
-std::span<const epoll_event> ConnectionSet::wait() {
+std::span<epoll_event> ConnectionSet::wait() {
   const int count =
       epoll_wait(epoll_, events_.data(), events_.size(), static_cast<int>(connection_tick.count()));
   return {events_.data(), static_cast<std::size_t>(std::max(count, 0))};

@@ -27,7 +27,7 @@ class ConnectionSet {
   void watch(int descriptor, std::uint32_t events, std::uint64_t id) const;
   void forget(int descriptor) const;
   /// What is ready, waiting for it up to a tick.
-  std::span<const epoll_event> wait();
+  std::span<epoll_event> wait();
 
   struct Entry {
     std::unique_ptr<Connection> connection;  ///< null: handed on
@@ -58,7 +58,7 @@ class ConnectionSet {
   void update(Entry& entry) const;
 
   int epoll_;
-  std::array<epoll_event, 256> events_;
+  std::array<epoll_event, 2048> events_;
   std::map<std::uint64_t, Entry> entries_;
 };
 

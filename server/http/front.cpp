@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <list>
 #include <new>
+#include <span>
 
 #include "server/job_queue/retry_allocation.h"
 #include "server/memory_reserve.h"
@@ -16,11 +18,25 @@ namespace isochor {
 namespace {
 
 constexpr std::uint64_t listener_id = 1;
+/// For connections that are ready, and for answers, before others are looked for.
+constexpr auto handling_time = std::chrono::milliseconds(2);
+/// A turn.
+constexpr int most_accepted = 256;
 
 }  // namespace
 
 struct Front::Answers {
-  Guarded<std::vector<std::pair<std::uint64_t, Response>>> ready;
+  using List = std::list<std::pair<std::uint64_t, Response>>;
+  Guarded<List> ready;
+
+  /// The first, or none.
+  List take_one() {
+    return ready.with([](List& all) {
+      List one;
+      if (!all.empty()) one.splice(one.end(), all, all.begin());
+      return one;
+    });
+  }
 };
 
 Front::Front(Listener& listener, const Service& service, Workers& workers, std::shared_ptr<Waker> waker,
@@ -65,32 +81,46 @@ void Front::with(ConnectionSet::Entry& entry, const Use& use) try {
 }
 
 void Front::turn() {
-  const auto ready = connections_.wait();
+  const std::span<epoll_event> ready = connections_.wait();
   const auto now = Clock::now();
   bool woken = false;
   for (const epoll_event& event : ready) {
-    if (event.data.u64 == listener_id)
-      accept_all(now);
-    else if (event.data.u64 == Waker::epoll_id)
-      woken = true;
-    else if (ConnectionSet::Entry* entry = connections_.find(event.data.u64))
-      handle(*entry, event.events, now);
+    if (event.data.u64 == listener_id) accept_some(now);
+    if (event.data.u64 == Waker::epoll_id) woken = true;
   }
   if (woken) take_bodies(now);
   if (woken) take_answers(now);
+  handle_ready(ready, now);
   if (woken || now - last_tick_ >= connection_tick) sweep(now);
 }
 
-void Front::accept_all(Clock::time_point now) try {
-  for (;;) {
+/// Who asks now does not wait for thousands before it, and they do not wait for ever: the newest come first
+/// in one turn, the oldest in the next. Whose turn is not reached is ready again.
+void Front::handle_ready(std::span<epoll_event> ready, Clock::time_point now) {
+  newest_first_ = !newest_first_;
+  std::sort(ready.begin(), ready.end(), [this](const epoll_event& a, const epoll_event& b) {
+    return newest_first_ ? a.data.u64 > b.data.u64 : a.data.u64 < b.data.u64;
+  });
+  handled_ = 0;
+  const auto end = Clock::now() + handling_time;
+  for (const epoll_event& event : ready) {
+    if (ConnectionSet::Entry* entry = connections_.find(event.data.u64)) handle(*entry, event.events, now);
+    ++handled_;
+    if (Clock::now() > end) return;
+  }
+}
+
+/// Ahead of reading while half of the room is free; then no faster than they are read, lest one that has
+/// asked is taken for a slow one.
+void Front::accept_some(Clock::time_point now) try {
+  const bool crowded = connections_.entries().size() >= limits_.connections / 2;
+  for (int left = crowded ? handled_ : most_accepted; left > 0; --left) {
     const int socket = accept4(listener_.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (socket < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM))
       make_room();
     if (socket < 0) return;
     if (connections_.entries().size() >= limits_.connections) make_room();
-    handle(
-        connections_.add(std::make_unique<Connection>(Socket(socket), next_id_++, limits_.connection, now)),
-        EPOLLIN, now);
+    connections_.add(std::make_unique<Connection>(Socket(socket), next_id_++, limits_.connection, now));
   }
 } catch (const std::bad_alloc&) {
   // No memory for one more: it waits, or its peer goes away.
@@ -143,10 +173,13 @@ void Front::dispatch(Connection& connection, Clock::time_point now) {
 }
 
 void Front::take_answers(Clock::time_point now) {
-  auto ready = answers_->ready.with([](auto& waiting) { return std::exchange(waiting, {}); });
-  for (auto& answer : ready)
+  const auto end = Clock::now() + handling_time;
+  for (Answers::List one = answers_->take_one(); !one.empty(); one = answers_->take_one()) {
+    auto& answer = one.front();
     if (ConnectionSet::Entry* entry = connections_.find(answer.first))
       with(*entry, [&](Connection& connection) { connection.respond(std::move(answer.second), now); });
+    if (Clock::now() > end) return waker_->wake();  // the others come in the next turn
+  }
 }
 
 /// Those whose bodies are whole, or have failed.

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -49,7 +50,8 @@ class Front {
   template <class Use>
   void with(ConnectionSet::Entry& entry, const Use& use);
   void turn();
-  void accept_all(Clock::time_point now);
+  void accept_some(Clock::time_point now);
+  void handle_ready(std::span<epoll_event> ready, Clock::time_point now);
   void make_room();
   void handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::time_point now);
   void dispatch(Connection& connection, Clock::time_point now);
@@ -64,6 +66,8 @@ class Front {
   FrontLimits limits_;
   std::atomic<bool> stop_{false};
   std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the waker and the listener
+  bool newest_first_ = false;
+  int handled_ = 0;  ///< in the last turn
   ConnectionSet connections_;
   std::size_t buffered_ = 0;  ///< at most so many since the last sweep
   StreamWriter streams_;

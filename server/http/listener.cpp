@@ -3,6 +3,8 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -40,13 +42,20 @@ int port_of(const sockaddr_storage& address) {
                                             : reinterpret_cast<const sockaddr_in6&>(address).sin6_port);
 }
 
+void set_option(int socket, int level, int name, int value) {
+  setsockopt(socket, level, name, &value, sizeof value);
+}
+
 }  // namespace
 
 Listener::Listener(const std::string& host, int port) {
   const auto address = resolve(host, port);
   descriptor_ = socket(address->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  const int one = 1;
-  setsockopt(descriptor_, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one);
+  set_option(descriptor_, SOL_SOCKET, SO_REUSEADDR, 1);
+  // Connections inherit these. What the kernel holds for a slow reader is bounded, and newer frames replace
+  // what was not sent yet.
+  set_option(descriptor_, IPPROTO_TCP, TCP_NODELAY, 1);
+  set_option(descriptor_, SOL_SOCKET, SO_SNDBUF, 256 * 1024);
   if (bind(descriptor_, address->ai_addr, address->ai_addrlen) != 0 || listen(descriptor_, SOMAXCONN) != 0) {
     const int reason = errno;
     close(descriptor_);
