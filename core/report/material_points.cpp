@@ -12,9 +12,7 @@ TetMesh rest_mesh(const BodyTopology& body) {
 }
 
 std::vector<Vec3> side_middles(const Box& bounds) {
-  constexpr double infinite = 1e100;  // a plane's are
-  if (!(bounds.size().maxCoeff() < infinite)) return {Vec3::Zero()};
-  std::vector<Vec3> middles(6, 0.5 * (bounds.min + bounds.max));
+  std::vector<Vec3> middles(6, bounds.center());
   for (int axis = 0; axis < 3; ++axis) {
     middles[2 * axis][axis] = bounds.min[axis];
     middles[2 * axis + 1][axis] = bounds.max[axis];
@@ -33,7 +31,7 @@ MaterialPoints choose_material_points(const std::vector<BodyTopology>& topology,
       const std::size_t stride = std::max<std::size_t>(1, particles / std::max(1, per_body));
       for (std::size_t i = 0; i < particles; i += stride) chosen.rest.push_back(body.rest_positions[i]);
     } else {
-      chosen.rest = side_middles(body.bounds);
+      chosen.rest = body.bounds ? side_middles(*body.bounds) : std::vector<Vec3>{Vec3::Zero()};
     }
     points.bodies.push_back(std::move(chosen));
   }

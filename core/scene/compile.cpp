@@ -81,9 +81,10 @@ class CompiledSimulation final : public Simulation {
       if (const auto* rigid = std::get_if<RigidBody>(&source.kind)) bodies[i].shape = rigid->shape;
     }
     for (int r = 0; r < world_.rigid.size(); ++r) {
+      if (world_.rigid.shape(r).type() == ShapeType::plane) continue;
       const Box bounds = world_.rigid.shape(r).bounds();
       const Vec3& center = world_.rigid_centers[r];
-      bodies[world_.rigid_ids[r]].bounds = {bounds.min + center, bounds.max + center};
+      bodies[world_.rigid_ids[r]].bounds = Box{bounds.min + center, bounds.max + center};
     }
     for (const SceneSoftBody& soft : world_.soft) {
       BodyTopology& body = bodies[soft.id];

@@ -31,7 +31,7 @@ struct BodyTopology {
   std::vector<double> masses;           ///< a particle
   std::shared_ptr<const Model> model;   ///< when made from a mesh: its soup and embedding
   std::optional<RigidShape> shape;      ///< rigid
-  Box bounds;                           ///< rigid: in its own frame, ±1e300 for a plane
+  std::optional<Box> bounds;            ///< rigid, but for a plane: in its own frame
   double scale = 1.0;
 };
 

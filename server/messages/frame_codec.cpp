@@ -115,6 +115,11 @@ struct ShapeWriter {
 void append_rigid(ObjectWriter& object, const BodyTopology& body) {
   object.key("shape") += encode_shape(body);
   object.member("scale", body.scale);
+  if (body.bounds) {
+    ObjectWriter bounds(object.key("bounds"));
+    bounds.member("min", body.bounds->min);
+    bounds.member("max", body.bounds->max);
+  }
   const TriangleSoup* soup = rigid_surface(body);
   if (!soup) return;
   append_points_as<double>(object.key("rest_positions"), soup->positions, false);

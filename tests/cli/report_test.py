@@ -24,21 +24,26 @@ SPINNING = {"name": "spinning", "duration": 0.2, "gravity": [0, 0, 0],
                             start={"affine": [[1.05, 0, 0], [0, 0.976, 0], [0, 0, 0.976]]})]}
 DROPPED = {"name": "dropped", "duration": 0.3,
            "bodies": [cube(4, velocity=[0, -2, 0]),
+                      {"name": "floor", "type": "rigid", "shape": {"plane": {"normal": [0, 1, 0], "offset": -9}},
+                       "static": True},
                       {"name": "ball", "type": "rigid", "shape": {"sphere": {"radius": 0.5}}, "static": True},
                       {"name": "stone", "type": "rigid", "shape": {"sphere": {"radius": 0.1}}, "mass": 2,
-                       "position": [3, 1, 0], "velocity": [0, 1, 0]}]}
+                       "position": [3, 1, 0], "velocity": [0, 1, 0]},
+                      {"name": "ring", "type": "rigid", "shape": {"mesh": str(MESHES / "torus.obj")}, "mass": 1,
+                       "position": [-3, 1, 0], "angular_velocity": [1, 4, 2]}]}
 
 
 def array(packed):
     return numpy.frombuffer(base64.b64decode(packed["data"]), dtype=packed["dtype"]).reshape(packed["shape"])
 
 
-def sides_of(shape):
-    [(kind, sizes)] = shape.items()
-    if kind == "plane":
+def sides_of(body):
+    """The middles of the sides of its box; of a plane its position."""
+    if "bounds" not in body:
         return numpy.zeros((1, 3))
-    half = sizes["half_extents"] if kind == "box" else [sizes["radius"]] * 3
-    return numpy.concatenate([numpy.diag(half), -numpy.diag(half)])
+    low, high = (numpy.array(body["bounds"][end]) for end in ("min", "max"))
+    half = numpy.diag((high - low) / 2)
+    return (low + high) / 2 + numpy.concatenate([half, -half])
 
 
 def placed(pose, points):
@@ -73,7 +78,7 @@ class Recording:
         found = []
         for number, body in enumerate(self.topology):
             if body["type"] == "rigid":
-                found.append(numpy.array([placed(frame["bodies"][number]["pose"], sides_of(body["shape"]))
+                found.append(numpy.array([placed(frame["bodies"][number]["pose"], sides_of(body))
                                           for frame in self.frames]))
                 continue
             positions = self.positions(number)

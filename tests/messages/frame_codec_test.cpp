@@ -80,6 +80,7 @@ TEST_F(FrameCodec, HelloOfARecordingHoldsTheWholeTopology) {
   }
   EXPECT_NEAR(volume, 0.25, 1e-15);
   EXPECT_EQ(hello["bodies"][1]["shape"], json::parse(R"({"sphere":{"radius":0.5}})"));
+  EXPECT_EQ(hello["bodies"][1]["bounds"], json::parse(R"({"min":[-0.5,-0.5,-0.5],"max":[0.5,0.5,0.5]})"));
 }
 
 TEST_F(FrameCodec, HelloOfAStreamNamesTheTopologyInstead) {

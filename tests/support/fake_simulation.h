@@ -53,6 +53,7 @@ class FakeSimulation final : public Simulation {
     bodies[1].id = 1;
     bodies[1].name = "ball";
     bodies[1].shape = SphereShape{0.5};
+    bodies[1].bounds = Box{Vec3::Constant(-0.5), Vec3::Constant(0.5)};
     return bodies;
   }
   void grab(std::optional<Grab> grab) override { grab_ = grab; }

@@ -95,6 +95,7 @@ const settings = ({solver, springs, substeps, tolerance, resolution}) =>
 function say_reference({settings: own, seconds, outcome, reason, errors}) {
   say('reference', `Reference: ${settings(own)}; it took ${digits(seconds)} s. ` +
     `At twice its step its trajectory is ${digits(errors.trajectory_rms)} m (rms) from it. ` +
+    'Trajectories: of up to 256 particles of a deformable body and the middles of the six sides of a rigid one\'s box. ' +
     'Times: median over the frames of a run, then over its repeats.');
   if (outcome === 'converged') return;
   say('doubt', `The reference itself ${outcome === 'infeasible' ? 'did not converge' : outcomes[outcome]} (${reason}): errors against it are differences between two runs, no more.`);
