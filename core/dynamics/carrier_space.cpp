@@ -1,8 +1,9 @@
 #include "core/dynamics/carrier_space.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "core/dynamics/eigenpairs.h"
 
 namespace isochor {
 namespace {
@@ -15,8 +16,8 @@ constexpr double least_motion = 1e-9;
 
 /// L with L·Lᵀ = C; what round-off has made negative counts as immovable.
 Matrix6 root_of(const Matrix6& compliance) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(compliance);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigenpairs pairs = symmetric_eigenpairs(compliance);
+  return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 struct Entry {
@@ -62,12 +63,11 @@ void CarrierSpace::build(std::span<const CompliantBody> bodies) {
   columns_.clear();
   rank_ = 0;
   if (entries.empty()) return;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // ascending
+  const auto [vectors, values] = symmetric_eigenpairs(gram);
   const double least = least_motion * values[motions - 1];
   while (rank_ < motions && values[motions - 1 - rank_] > least) ++rank_;
   resistance_ = values.tail(rank_).cwiseInverse();
-  const Eigen::MatrixXd basis = eigen.eigenvectors().rightCols(rank_) * resistance_.cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd basis = vectors.rightCols(rank_) * resistance_.cwiseSqrt().asDiagonal();
   owed_ = Eigen::VectorXd::Zero(rank_);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     owed_ += (roots[b] * basis.middleRows<6>(6 * static_cast<Eigen::Index>(b))).transpose() * bodies[b].owed;

@@ -1,9 +1,9 @@
 #include "core/dynamics/newton_fast_diagonalization.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "core/dynamics/eigenpairs.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor::newton {
@@ -85,16 +85,11 @@ FastDiagonalization::FastDiagonalization(const LatticeLayout& layout)
 
 namespace {
 
-struct Eigenpairs {
-  Eigen::MatrixXd vectors;  ///< VᵀGV = 1
-  Eigen::VectorXd values;
-};
-
 /// Those of K v = λ G v for vectors v = basis·u.
 Eigenpairs solve_within(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& k, const Eigen::MatrixXd& g) {
   const Eigen::MatrixXd inside_k = basis.transpose() * k * basis, inside_g = basis.transpose() * g * basis;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(inside_k, inside_g);
-  return {basis * solver.eigenvectors(), solver.eigenvalues()};
+  const Eigenpairs inside = generalized_eigenpairs(inside_k, inside_g);
+  return {basis * inside.vectors, inside.values};
 }
 
 /// Even vectors first, then odd ones.

@@ -1,11 +1,11 @@
 #include "core/dynamics/saddle_preconditioner.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/common/wide.h"
+#include "core/dynamics/eigenpairs.h"
 #include "core/dynamics/lattice_box.h"
 #include "core/parallel/cancel_scope.h"
 #include "core/parallel/cancellable_sort.h"
@@ -39,14 +39,14 @@ Eigen::MatrixXd cell_modes(int cells, std::vector<double>& eigenvalues, std::vec
   }
   Eigen::VectorXd weights = Eigen::VectorXd::Constant(cells + 1, 0.5);
   weights[0] = weights[cells] = 1.0;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      difference * weights.asDiagonal() * difference.transpose(),
-      mean * weights.asDiagonal() * mean.transpose());
-  for (const double lambda : solver.eigenvalues()) {
+  const auto [vectors, values] =
+      generalized_eigenpairs(difference * weights.asDiagonal() * difference.transpose(),
+                             mean * weights.asDiagonal() * mean.transpose());
+  for (const double lambda : values) {
     eigenvalues.push_back(lambda);
     cosines.push_back((4.0 - lambda) / (4.0 + lambda));
   }
-  return solver.eigenvectors();
+  return vectors;
 }
 
 /// A's eigenvalue for displacements along each axis.
