@@ -66,6 +66,7 @@ TriangleSoup read_as(std::span<const char> bytes, MeshFormat format, Progress& p
     return format == MeshFormat::glb ? read_glb(bytes) : read_polygons(bytes, format, progress);
   } catch (const Error& error) {
     std::string hint = advice({bytes.data(), bytes.size()}, names[static_cast<std::size_t>(format)]);
+    if (hint.empty() && error.hint().empty()) hint = "mend the file there, or export the mesh anew";
     if (error.code() != ErrorCode::cannot_read || hint.empty()) throw;
     throw Error(error.code(), error.what(), std::move(hint));
   }

@@ -157,9 +157,9 @@ TEST(ReadMesh, NamesTheFormatOfAFileUnderAnothersName) {
 }
 
 TEST(ReadMesh, SaysWhatToDoAboutFilesThatAreNoMesh) {
-  const auto hint = [](std::string_view bytes) -> std::string {
+  const auto hint = [](std::string_view bytes, MeshFormat format = MeshFormat::obj) -> std::string {
     try {
-      read(std::string(bytes), MeshFormat::obj);
+      read(std::string(bytes), format);
     } catch (const Error& error) {
       return error.hint();
     }
@@ -169,6 +169,9 @@ TEST(ReadMesh, SaysWhatToDoAboutFilesThatAreNoMesh) {
   EXPECT_EQ(hint("\x1f\x8b\x08 packed"), "it is compressed: unpack it first");
   EXPECT_EQ(hint("<!DOCTYPE html>\n"), "it is a web page or XML: download the mesh itself");
   EXPECT_EQ(hint("v 0,5 0 0\n"), "export the file with points, not commas, in its numbers");
+  const std::string anew = "mend the file there, or export the mesh anew";
+  EXPECT_EQ(hint("ply\nformat ascii 1.0\nwidth 3\nend_header\n", MeshFormat::ply), anew);
+  EXPECT_EQ(hint("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", MeshFormat::off), anew);
 }
 
 TEST(ReadMesh, ReadsTheDialectsOfObj) {
