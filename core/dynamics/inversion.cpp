@@ -18,6 +18,7 @@ constexpr double least_volume = 0.05;           ///< of a tet, relative to rest
 constexpr double largest_displacement = 0.3;    ///< cells
 constexpr double largest_excess = 20.0;         ///< factor
 constexpr double least_alignment = 0.1;         ///< of the start's directions with the present ones
+constexpr double held = 1e-9;                   ///< of what its particles could do without contacts
 constexpr double flat_gradient = 1e-6;          ///< ‖∇V‖ relative to V0^⅔, about that of rest
 constexpr double missing_axis = 1e-6;           ///< singular value relative to that of the rest pose
 
@@ -107,7 +108,7 @@ TetInequality::TetInequality(const SoftBody& body)
   }
 }
 
-bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, int round,
+bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request, int round, bool may_let_go,
                          Coordinates& positions) {
   mobility_.begin(request);
   std::ranges::fill(pending_, 0);
@@ -129,7 +130,7 @@ bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request,
   missing_ = missing;
   lifts_.clear();
   bool lifted = true;
-  for (int s = 0; s < max_sweeps && lifted; ++s) lifted = sweep(body, request.start, positions);
+  for (int s = 0; s < max_sweeps && lifted; ++s) lifted = sweep(body, request.start, may_let_go, positions);
   if (request.start) exceed(body, *request.start, positions);
   mobility_.end();
   return !lifted;
@@ -157,7 +158,7 @@ void TetInequality::exceed(const SoftBody& body, const Coordinates& start, Coord
 }
 
 // Gauss–Seidel over all tets, which passes by those whose particles have not moved since.
-bool TetInequality::sweep(const SoftBody& body, const Coordinates* start, Coordinates& x) {
+bool TetInequality::sweep(const SoftBody& body, const Coordinates* start, bool may_let_go, Coordinates& x) {
   bool lifted = false;
   for (std::size_t word = 0; word < pending_.size(); ++word) {
     std::uint64_t ahead = ~0ULL;
@@ -165,7 +166,7 @@ bool TetInequality::sweep(const SoftBody& body, const Coordinates* start, Coordi
       const int bit = std::countr_zero(bits);
       ahead = bit == 63 ? 0 : ~0ULL << (bit + 1);
       pending_[word] &= ~(1ULL << bit);
-      lifted |= raise(body, static_cast<std::int64_t>(64 * word) + bit, start, x);
+      lifted |= raise(body, static_cast<std::int64_t>(64 * word) + bit, start, may_let_go, x);
     }
   }
   return lifted;
@@ -178,20 +179,31 @@ void TetInequality::mark_around(const Tet& tet) {
 }
 
 // μ = −C/(∇V(x)·W·∇V(x_dir)) for C = V − 0.05·V0 < 0. True when the tet was below.
-bool TetInequality::raise(const SoftBody& body, std::int64_t t, const Coordinates* start, Coordinates& x) {
+bool TetInequality::raise(const SoftBody& body, std::int64_t t, const Coordinates* start, bool may_let_go,
+                          Coordinates& x) {
   const VolumeElements tets(*body.mesh, true);
   const Tet& tet = body.mesh->tets[t];
   const double missing = least_volumes_[t] - current_tet_volume(tet, x);
   if (!(missing > 0.0)) return false;
   const auto now = tets.gradient(t, x), along = start ? tets.gradient(t, *start) : now;
-  double denominator = 0.0, own = 0.0, longest = 0.0;
+  double denominator = 0.0, own = 0.0, longest = 0.0, unheld = 0.0, unheld_longest = 0.0;
   for (int k = 0; k < 4; ++k) {
     const Vec3 step = mobility_.apply(tet[k], along[k]);
     denominator += now[k].dot(step);
     own += now[k].dot(mobility_.apply(tet[k], now[k]));
     longest = std::max(longest, step.norm());
+    const double w = mobility_.inverse_mass(tet[k]);
+    unheld += w * now[k].squaredNorm();
+    unheld_longest = std::max(unheld_longest, w * along[k].norm());
   }
-  const double mu = std::min(missing / denominator, largest_displacement * body.cell_size / longest);
+  const double farthest = largest_displacement * body.cell_size;
+  if (may_let_go && own < held * unheld) {
+    // All four lie on a surface: the force alone, which lets contacts go.
+    const double mu = std::min(missing / unheld, farthest / unheld_longest);
+    for (int k = 0; k < 4; ++k) mobility_.record(tet[k], mu * along[k]);
+    return false;
+  }
+  const double mu = std::min(missing / denominator, farthest / longest);
   if (!(denominator > least_alignment * own) || !std::isfinite(mu)) {
     pending_[t / 64] |= 1ULL << t % 64;
     return true;

@@ -16,9 +16,10 @@ class TetInequality {
 
   /// Up to 20 Gauss–Seidel sweeps, each displacement at most 0.3 cell. With start positions in the request
   /// the directions are taken there, so that momentum is kept [as SHAKE]. What the projection takes back
-  /// between rounds, the next round lifts in excess [Aitken]; round 0 begins with half of the excess. True
-  /// when no tet was left below.
-  bool lift(const SoftBody& body, const ProjectionRequest& request, int round, Coordinates& positions);
+  /// between rounds, the next round lifts in excess [Aitken]; round 0 begins with half of the excess. What
+  /// contacts hold in all corners gets its force alone, if they may let go. True when no tet was left below.
+  bool lift(const SoftBody& body, const ProjectionRequest& request, int round, bool may_let_go,
+            Coordinates& positions);
 
   std::int64_t bytes() const;
 
@@ -28,8 +29,9 @@ class TetInequality {
     double multiplier = 0.0;
   };
 
-  bool sweep(const SoftBody& body, const Coordinates* start, Coordinates& positions);
-  bool raise(const SoftBody& body, std::int64_t tet, const Coordinates* start, Coordinates& positions);
+  bool sweep(const SoftBody& body, const Coordinates* start, bool may_let_go, Coordinates& positions);
+  bool raise(const SoftBody& body, std::int64_t tet, const Coordinates* start, bool may_let_go,
+             Coordinates& positions);
   void exceed(const SoftBody& body, const Coordinates& start, Coordinates& positions);
   void displace(const Tet& tet, double mu, const VolumeElements::Gradient& along, Coordinates& positions);
   void mark_around(const Tet& tet);

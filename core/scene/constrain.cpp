@@ -72,6 +72,15 @@ void find_inverted(const Substep& step, SceneSoftBody& soft, const ProjectionRes
   });
 }
 
+/// What is between surfaces may have no room: there contacts that let go would throw it out.
+bool lies_on_one_surface(const SceneSoftBody& soft) {
+  if (!soft.contacts || soft.contacts->empty()) return false;
+  const int source = soft.contacts->contacts().front().plane[0].source;
+  return std::ranges::all_of(soft.contacts->contacts(), [&](const ParticleContact& contact) {
+    return contact.planes == 0 || (contact.planes == 1 && contact.plane[0].source == source);
+  });
+}
+
 /// Lifts inverted tets, each time followed by contacts and volume; what then still is, the stepper halves the
 /// substep for. True when there were any.
 template <class Meet>
@@ -84,7 +93,7 @@ bool lift_inverted(const Substep& step, SceneSoftBody& soft, const Meet& meet) {
     step.world.phases.run(Phase::inversion, [&] {
       ProjectionRequest request = make_request(step, soft);
       if (soft.contacts) request.blocked_forces = soft.contacts->blocked_forces();
-      soft.tets->lift(soft.body, request, round, soft.body.positions);
+      soft.tets->lift(soft.body, request, round, lies_on_one_surface(soft), soft.body.positions);
       if (soft.contacts) soft.contacts->take_forces();
     });
     meet();
@@ -279,7 +288,7 @@ void recover_inverted(const Substep& step, SceneSoftBody& soft) {
   for (int round = 0; round < max_recovery_rounds && soft.inverted; ++round) {
     step.world.phases.run(Phase::inversion, [&] {
       pull_flattened_cells(body, body.positions);
-      soft.tets->lift(body, request, 0, body.positions);
+      soft.tets->lift(body, request, 0, false, body.positions);
     });
     find_inverted(step, soft, project(step, soft, request));
   }

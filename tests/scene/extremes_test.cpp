@@ -361,6 +361,25 @@ TEST(Extremes, FeasibleIsWhatEndsWithItsVolumes) {
   }
 }
 
+/// Flattened by its own weight so that all corners of a tet come to lie on the ground, from where no
+/// displacement along the ground leads: contacts have to let one go, or the cube stands still for ever.
+TEST(Extremes, ATetPressedFlatOnTheGroundIsLifted) {
+  Progress quiet;
+  Scene scene = cube_at_rest(3);
+  scene.gravity = Vec3(0.0, -9.81, 0.0);
+  auto& body = std::get<DeformableBody>(scene.bodies[0].kind);
+  body.edge_stiffness = 150.0, body.diagonal_stiffness = 75.0;
+  scene.bodies[0].position = Vec3(0.0, 0.5, 0.0);
+  add_fixed(scene, "floor", PlaneShape{}, Vec3::Zero());
+  const auto simulation = compile(scene, quiet);
+  for (int i = 0; i < 60; ++i) {
+    const Metrics m = simulation->step(quiet).metrics;
+    EXPECT_GT(m.kinetic_energy, 1.0) << i;
+    EXPECT_LE(m.max_cell_volume_error, 1e-6);
+    EXPECT_EQ(m.inverted, 0);
+  }
+}
+
 TEST(Extremes, ABodyWithoutRoomIsNotThrownAway) {
   struct Squeeze {
     int cells;
