@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "tests/support/running_server.h"
@@ -17,6 +18,8 @@ using test::HttpResponse;
 
 class Resources : public testing::Test {
  protected:
+  explicit Resources(const ServeOptions& options = {}, const FrontLimits& limits = {})
+      : running_(options, limits) {}
   std::string upload(const std::string& sample) {
     return client_.send("POST", "/api/v1/meshes?sample=" + sample).json()["id"];
   }
@@ -280,6 +283,51 @@ TEST_F(Resources, WhatWasDeletedIsGone) {
   EXPECT_EQ(client_.send("DELETE", model).status, 410);
   EXPECT_EQ(client_.get("/api/v1/models/dffff").status, 404);
   EXPECT_EQ(client_.get("/api/v1/jobs/j999").status, 404);
+}
+
+/// A server whose memory a few models fill.
+class Evicting : public Resources {
+ protected:
+  Evicting() : Resources(small(), patient()) {}
+
+ private:
+  static ServeOptions small() {
+    ServeOptions options;
+    options.memory_limit = 32 << 20;
+    return options;
+  }
+  /// Readers that take nothing meanwhile are not dropped.
+  static FrontLimits patient() {
+    FrontLimits limits;
+    limits.connection.stalled_write = limits.connection.whole_answer = std::chrono::hours(1);
+    return limits;
+  }
+};
+
+TEST_F(Evicting, WhatIsBeingReadIsReadToItsEnd) {
+  const std::string model = make_model(upload("cube"), {{"voxels", 64}, {"cells", 24}})["model_id"];
+  const std::string path = "/api/v1/models/" + model;
+  std::map<std::string, std::string> whole;
+  for (const char* part : {"/tets", "/voxels?shell=false", "/exports/vtk"})
+    whole[path + part] = client_.get(path + part).body;
+  std::vector<std::pair<std::string, test::RawSocket>> readers;
+  for (int i = 0; i < 8; ++i)
+    for (const auto& [part, body] : whole) {
+      test::RawSocket& reader = readers.emplace_back(part, client_.port()).second;
+      reader.shrink_receive_buffer(1 << 16);
+      reader.send(client_.request("GET", part, "", {}));
+    }
+  std::vector<std::string> begun;
+  for (auto& [part, reader] : readers) begun.push_back(reader.receive(1000));  // it is being sent
+  const auto is_there = [&] { return client_.get("/api/v1/models").body.find(model) != std::string::npos; };
+  for (int cells = 9; is_there() && cells < 28; ++cells)  // asked for itself, it would be the newest in use
+    make_model(upload("cube"), {{"voxels", 36 + cells}, {"cells", cells}});
+  EXPECT_EQ(client_.get(path).status, 410);
+  for (std::size_t i = 0; i < readers.size(); ++i) {
+    auto& [part, reader] = readers[i];
+    EXPECT_GT(whole[part].size(), 500000U) << part;
+    EXPECT_TRUE(test::parse_response(begun[i] + reader.receive_all()).body == whole[part]) << part;
+  }
 }
 
 TEST_F(Resources, TheNewestRequestCancelsTheOneUnderWay) {
