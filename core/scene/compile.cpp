@@ -69,7 +69,11 @@ class CompiledSimulation final : public Simulation {
   }
 
   const Scene& scene() const override { return world_.scene; }
-  std::vector<PlannedPhase> plan() const override { return world_.phases.plan(); }
+  std::vector<PlannedPhase> plan() const override {
+    PhaseList phases = world_.phases;
+    measure_phases(world_, phases);
+    return phases.plan();
+  }
 
   std::vector<BodyTopology> topology() const override {
     std::vector<BodyTopology> bodies(world_.scene.bodies.size());

@@ -199,10 +199,9 @@ class Planner {
 
 void plan_phases(World& world) {
   Planner(world).run();
-  measure_phases(world);
 }
 
-void measure_phases(World& world) {
+void measure_phases(const World& world, PhaseList& phases) {
   std::int64_t edges = 0, diagonals = 0, contacts = 0, volume = 0, inversion = 0, pins = 0, attachments = 0,
                symplectic = 0, implicit = 0, lively = 0;
   for (const SceneSoftBody& soft : world.soft) {
@@ -221,18 +220,18 @@ void measure_phases(World& world) {
     integrator += bytes_of(body.positions) + bytes_of(body.velocities) + bytes_of(body.start_positions) +
                   bytes_of(body.start_velocities) + bytes_of(body.forces);
   }
-  world.phases.set_bytes(Phase::rigid_bodies, world.rigid.bytes());
-  world.phases.set_bytes(Phase::edge_springs, edges);
-  world.phases.set_bytes(Phase::diagonal_springs, diagonals);
-  world.phases.set_bytes(Phase::volume, volume);
-  world.phases.set_bytes(Phase::pins, pins);
-  world.phases.set_bytes(Phase::attachments, attachments);
-  world.phases.set_bytes(Phase::contacts, contacts);
-  world.phases.set_bytes(Phase::inversion, inversion);
-  world.phases.set_bytes(Phase::symplectic_euler, symplectic);
-  if (world.surfaces) world.phases.set_bytes(Phase::surface_contacts, world.surfaces->bytes());
-  world.phases.set_bytes(Phase::implicit_euler, implicit);
-  world.phases.set_bytes(Phase::energy_momentum, lively);
+  phases.set_bytes(Phase::rigid_bodies, world.rigid.bytes());
+  phases.set_bytes(Phase::edge_springs, edges);
+  phases.set_bytes(Phase::diagonal_springs, diagonals);
+  phases.set_bytes(Phase::volume, volume);
+  phases.set_bytes(Phase::pins, pins);
+  phases.set_bytes(Phase::attachments, attachments);
+  phases.set_bytes(Phase::contacts, contacts);
+  phases.set_bytes(Phase::inversion, inversion);
+  phases.set_bytes(Phase::symplectic_euler, symplectic);
+  if (world.surfaces) phases.set_bytes(Phase::surface_contacts, world.surfaces->bytes());
+  phases.set_bytes(Phase::implicit_euler, implicit);
+  phases.set_bytes(Phase::energy_momentum, lively);
 }
 
 }  // namespace isochor

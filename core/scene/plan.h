@@ -7,7 +7,7 @@ namespace isochor {
 /// each with its reason. Again after every live change.
 void plan_phases(World& world);
 
-/// Memory that each phase holds now.
-void measure_phases(World& world);
+/// Writes the memory that each phase holds now; some of it is not taken before it is used.
+void measure_phases(const World& world, PhaseList& phases);
 
 }  // namespace isochor

@@ -232,6 +232,10 @@ TEST(SurfaceCollision, IsPlannedOnlyWhereItCanHappen) {
   const std::string folding = box("b", Vec3i::Constant(1), Vec3(1, 0, 0), Vec3::Zero(),
                                   std::string(lively) + R"(,"self_contact":true)");
   EXPECT_TRUE(planned(R"({"bodies":[)" + folding + "]}").included);
+  const std::string large = box("c", Vec3i::Constant(20), Vec3::Zero(), Vec3::Zero(),
+                                std::string(lively) + R"(,"self_contact":true)");
+  const std::int64_t boxes = 5 * 20 * 20 * 20 * sizeof(Box);  // of the tets, in the hash and before it
+  EXPECT_GT(planned(R"({"bodies":[)" + large + "]}").bytes, 2 * boxes);
   EXPECT_TRUE(planned(R"({"bodies":[)" + one + "," + folding + "]}").included);
 }
 
