@@ -102,6 +102,7 @@ void AtomicFile::commit() {
 }
 
 void remove_abandoned(const std::filesystem::path& folder) {
+  // As an AtomicFile names them.
   static const std::regex beside(R"(\..+\.([1-9][0-9]{0,8})\.[0-9]+\.tmp)");
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {

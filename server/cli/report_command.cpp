@@ -423,8 +423,7 @@ void add_report_command(CLI::App& app, CliContext& context) {
       ->check(range(tolerance_range));
   list(scene_group, "--resolutions", options->resolutions, "FACTOR,...",
        "Factors on the cells of each deformable body, 0.125 to 8, that leave whole cells along each axis; "
-       "when "
-       "absent 1 and 0.5, or the closest one below 1 that does")
+       "when absent 1 and 0.5, or the closest one below 1 that does")
       ->check(range(resolution_range));
   command
       ->add_option("--refinement", options->refinement,

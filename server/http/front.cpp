@@ -111,7 +111,8 @@ void Front::handle_ready(std::span<epoll_event> ready, Clock::time_point now) {
 }
 
 /// Ahead of reading while half of the room is free; then no faster than they are read, lest one that has
-/// asked is taken for a slow one.
+/// asked is taken for a slow one. The listener's own event counts as handled, so that one is let in when no
+/// other is ready.
 void Front::accept_some(Clock::time_point now) try {
   const bool crowded = connections_.entries().size() >= limits_.connections / 2;
   for (int left = crowded ? handled_ : most_accepted; left > 0; --left) {
