@@ -17,22 +17,32 @@ const note_all = (what, values) => {
 const server = await start_server();
 const browser = await chromium.launch({executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: flags});
 
-/// In the page: next_picture() is the moment when the graphics processor has drawn the next picture that the view begins.
+/// In the page: picture_begun() is the moment when the graphics processor has drawn the picture that the view begins in
+/// this task, or else the next.
 function watch_pictures() {
   const {prototype} = WebGL2RenderingContext, {fenceSync} = prototype;  // the view sets one fence a picture
-  const waiting = new Set();
-  globalThis.next_picture = () => new Promise(resolve => waiting.add(resolve));
+  const waiting = [];
+  let begun = null;
+  globalThis.picture_begun = () => begun ?? new Promise(resolve => waiting.push(resolve));
   globalThis.pictures = 0;
+  const drawn = (gl, fence) => new Promise(resolve => {
+    const poll = () => {
+      if (gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED) return void setTimeout(poll);
+      gl.deleteSync(fence);
+      resolve(performance.now());
+    };
+    setTimeout(poll);
+  });
   prototype.fenceSync = function(...args) {
     ++globalThis.pictures;
-    const told = [...waiting], own = told.length && fenceSync.apply(this, args);
-    waiting.clear();
-    const poll = () => {
-      if (this.clientWaitSync(own, 0, 0) === this.TIMEOUT_EXPIRED) return void setTimeout(poll);
-      this.deleteSync(own);
-      for (const tell of told) tell(performance.now());
+    const own = begun = drawn(this, fenceSync.apply(this, args));
+    for (const tell of waiting.splice(0)) tell(own);
+    const {port1, port2} = new MessageChannel();
+    port1.onmessage = () => {
+      if (begun === own) begun = null;
+      port1.close();
     };
-    if (own) setTimeout(poll);
+    port2.postMessage(null);
     return fenceSync.apply(this, args);
   };
 }
@@ -44,7 +54,7 @@ async function until(page, pattern, act) {
     const watch = new MutationObserver(async () => {
       if (!new RegExp(source).test(line.textContent)) return;
       watch.disconnect();
-      resolve(await globalThis.next_picture() - globalThis.measured_from);
+      resolve(await globalThis.picture_begun() - globalThis.measured_from);
     });
     watch.observe(line, {childList: true, characterData: true, subtree: true});
   }), pattern.source);
@@ -112,7 +122,7 @@ function watch_drag(slider) {
   };
   const watch = new MutationObserver(async () => {
     if (!line.textContent.startsWith('Preview')) return;
-    const shown = asked.shift(), at = await globalThis.next_picture();
+    const shown = asked.shift(), at = await globalThis.picture_begun();
     seen.drawn.push(at);
     seen.latencies.push(...shown.map(moved => at - moved));
   });

@@ -1,6 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import {browser_tests, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
+import {at_rest} from './support/pixels.js';
 
 let page;
 browser_tests(async suite => page = await suite.open({width: 1240, height: 760}));
@@ -56,6 +57,41 @@ test('only the stages after a change are made anew, and the others say that they
   await reset.click();
   assert.equal(await exact('Smoothing iterations').inputValue(), '2');
   assert.ok(await reset.isHidden());
+});
+
+test('a preview asks for the next and begins its picture before the panels are written, which keep their parts', async () => {
+  const bin = page.locator('.bin').nth(3);
+  const before = await bin.elementHandle(), made_before = await tets(page);
+  await at_rest(page);
+  const order = await page.getByRole('slider', {name: 'Cells', exact: true}).evaluate(async slider => {
+    const line = document.querySelector('footer [role=status]'), {fetch} = globalThis, {prototype} = WebGL2RenderingContext, {fenceSync} = prototype;
+    const seen = [];
+    globalThis.fetch = (url, ...rest) => (String(url).includes('/models?') && seen.push('asked'), fetch(url, ...rest));
+    prototype.fenceSync = function(...args) {
+      seen.push('picture');
+      return fenceSync.apply(this, args);
+    };
+    const told = new Promise(resolve => new MutationObserver((_, observer) => {
+      if (!line.textContent.startsWith('Preview')) return;
+      seen.push('told');
+      observer.disconnect();
+      resolve();
+    }).observe(line, {childList: true}));
+    for (const value of [22, 24]) {  // the second waits for the first
+      slider.value = value;
+      slider.dispatchEvent(new Event('input'));
+    }
+    await told;
+    Object.assign(globalThis, {fetch});
+    Object.assign(prototype, {fenceSync});
+    return seen;
+  });
+  assert.deepEqual(order, ['asked', 'asked', 'picture', 'told']);
+  assert.ok(await bin.evaluate((node, same) => node === same, before));
+  await page.getByRole('slider', {name: 'Cells', exact: true}).dispatchEvent('change');
+  await tets_ready(page);
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(() => tets(page), n => n === made_before, 'the model as it was');
 });
 
 /// From now on jobs go on for ever, as far as the page is told.

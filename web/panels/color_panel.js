@@ -1,9 +1,9 @@
-import {h, svg} from '../ui/dom.js';
+import {change, change_text, h, svg} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {color_maps, css_color} from '../view/color_maps.js';
 import {histogram} from '../view/coloring.js';
 import {counted, number} from '../ui/format.js';
-import {redraw, rove} from '../ui/roving.js';
+import {rove} from '../ui/roving.js';
 
 const bins = 24, width = 264, height = 64;
 
@@ -14,14 +14,14 @@ export function color_panel({store, looking, meshing}) {
   const from = range_input('Lowest value shown'), to = range_input('Highest value shown');
   const clear = button('Show all', () => store.set({'view.select': null}, 'show all'), {class: 'plain'});
   const brush = h('div', {class: 'brush'}, from, h('span', {}, '–'), to, clear);
-  const keys = select_by_keys(store);
+  const draw = make_histogram(plot, select_by_keys(store));
   const show = () => {
     const {legend: coloring} = looking;
     title.textContent = coloring.values ? `${coloring.title}${coloring.unit ? ` in ${coloring.unit}` : ''}` : why_nothing(store, meshing);
     plot.toggleAttribute('hidden', !coloring.values);
     brush.hidden = !coloring.values;
     if (!coloring.values) return;
-    redraw(plot, () => draw(plot, coloring, store.get('view.select'), keys));
+    draw(coloring, store.get('view.select'));
     show_range(coloring.scale, store.get('view.select'));
   };
   const show_range = (scale, range) => {
@@ -54,25 +54,31 @@ const value_at = (scale, at) => {
 };
 const exponent = (scale, value) => scale.logarithmic ? Math.log10(Math.max(value, 1e-30)) : value;
 
-function draw(plot, {values, scale, unit, nouns}, range, keys) {
-  const counts = histogram(values, scale, bins);
-  const most = Math.max(1, ...counts);
+/// The parts of the histogram are made once; draw(coloring, range) changes what differs.
+function make_histogram(plot, keys) {
   const step = width / bins;
-  const bars = Array.from(counts, (n, k) => {
-    const tall = n ? Math.max(2, height * Math.sqrt(n / most)) : 0;
-    const inside = !range || ((k + 0.5) / bins >= range.from && (k + 0.5) / bins < range.to);
-    const words = `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${counted(n, nouns)}`;
-    return svg('g', {class: 'bin', role: 'button', 'aria-label': words, 'aria-pressed': String(Boolean(range) && inside)}, svg('title', {}, words),
-      svg('rect', {x: k * step, y: 0, width: step, height, fill: 'transparent'}),
-      svg('rect', {x: k * step + 0.5, y: height - tall, width: step - 1, height: tall, rx: 1,
-        fill: css_color(color_maps[scale.map], (k + 0.5) / bins), opacity: inside ? 1 : 0.25}));
+  const bars = Array.from({length: bins}, (_, k) => {
+    const words = svg('title'), rect = svg('rect', {x: k * step + 0.5, width: step - 1, rx: 1});
+    const group = svg('g', {class: 'bin', role: 'button'}, words, svg('rect', {x: k * step, y: 0, width: step, height, fill: 'transparent'}), rect);
+    return {group, words, rect};
   });
-  rove(bars, keys);
-  const ramp = Array.from({length: 48}, (_, k) => svg('rect', {x: k * width / 48, y: height + 2, width: width / 48 + 0.5, height: 6,
-    fill: css_color(color_maps[scale.map], (k + 0.5) / 48)}));
-  const ticks = [0, 0.5, 1].map((at, k) => svg('text', {x: at * width, y: height + 20, 'text-anchor': ['start', 'middle', 'end'][k]},
-    `${number(value_at(scale, at))}${unit}`));
-  plot.replaceChildren(...bars, ...ramp, ...ticks);
+  rove(bars.map(({group}) => group), keys);
+  const ramp = Array.from({length: 48}, (_, k) => svg('rect', {x: k * width / 48, y: height + 2, width: width / 48 + 0.5, height: 6}));
+  const ticks = [0, 0.5, 1].map((at, k) => svg('text', {x: at * width, y: height + 20, 'text-anchor': ['start', 'middle', 'end'][k]}));
+  plot.replaceChildren(...bars.map(({group}) => group), ...ramp, ...ticks);
+  return ({values, scale, unit, nouns}, range) => {
+    const map = color_maps[scale.map], counts = histogram(values, scale, bins), most = Math.max(1, ...counts);
+    bars.forEach(({group, words, rect}, k) => {
+      const n = counts[k], tall = n ? Math.max(2, height * Math.sqrt(n / most)) : 0;
+      const inside = !range || ((k + 0.5) / bins >= range.from && (k + 0.5) / bins < range.to);
+      const text = `${number(value_at(scale, k / bins))} – ${number(value_at(scale, (k + 1) / bins))}${unit}: ${counted(n, nouns)}`;
+      change_text(words, text);
+      change(group, {'aria-label': text, 'aria-pressed': String(Boolean(range) && inside)});
+      change(rect, {y: height - tall, height: tall, fill: css_color(map, (k + 0.5) / bins), opacity: inside ? 1 : 0.25});
+    });
+    ramp.forEach((rect, k) => change(rect, {fill: css_color(map, (k + 0.5) / 48)}));
+    ticks.forEach((tick, k) => change_text(tick, `${number(value_at(scale, k / 2))}${unit}`));
+  };
 }
 
 /// Enter selects a bin alone, Shift with the arrows all from there on.

@@ -1,4 +1,4 @@
-import {h} from '../ui/dom.js';
+import {change, change_text, h} from '../ui/dom.js';
 import {choice_field, number_field, toggle_field} from '../ui/fields.js';
 import {milliseconds, words} from '../ui/format.js';
 import {param_changes, settle} from '../state/constraints.js';
@@ -33,9 +33,8 @@ function meshing_stage(app, {title, stages, extra}, number) {
     const worst = ['failed', 'running', 'stale', 'fresh'].find(state => states.some(stage => stage.state === state));
     const ms = states.reduce((sum, stage) => sum + (stage.reused ? 0 : stage.ms ?? 0), 0);
     const reused = states.every(stage => stage.reused);
-    badge.className = `stage-state ${worst}`;
-    badge.textContent = worst !== 'fresh' ? worst : reused ? 'kept' : milliseconds(ms);
-    badge.title = stages.map(name => describe(name, app.meshing.stages[name])).join('\n');
+    change(badge, {class: `stage-state ${worst}${app.meshing.previewing ? ' brief' : ''}`, title: stages.map(name => describe(name, app.meshing.stages[name])).join('\n')});
+    change_text(badge, worst !== 'fresh' ? worst : reused ? 'kept' : milliseconds(ms));
   };
   app.meshing.addEventListener('stages', show);
   show();

@@ -27,6 +27,15 @@ export function svg(tag, attributes = {}, ...children) {
   return element;
 }
 
+/// Writes what differs alone, for what is written costs the browser its layout.
+export function change(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+}
+
+export function change_text(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
 let counter = 0;
 export const unique_id = prefix => `${prefix}-${++counter}`;
 

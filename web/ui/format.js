@@ -1,4 +1,5 @@
 const superscripts = '⁰¹²³⁴⁵⁶⁷⁸⁹';
+const english = new Intl.NumberFormat('en', {maximumFractionDigits: 6});  // toLocaleString makes one a call
 
 /// 3 significant digits; powers of ten where they are easier to read.
 export function number(value, digits = 3) {
@@ -7,7 +8,7 @@ export function number(value, digits = 3) {
   const size = Math.abs(value);
   if (!Number.isFinite(value)) return value > 0 ? '∞' : '−∞';
   if (size >= 1e5 || size < 1e-3) return power(value);
-  return Number(value.toPrecision(digits)).toLocaleString('en', {maximumFractionDigits: 6}).replace('-', '−');
+  return english.format(Number(value.toPrecision(digits))).replace('-', '−');
 }
 
 function power(value) {
@@ -17,7 +18,7 @@ function power(value) {
   return `${mantissa}·10${exponent < 0 ? '⁻' : ''}${raised}`;
 }
 
-export const count = value => Number.isFinite(value) ? Math.round(value).toLocaleString('en') : '–';
+export const count = value => Number.isFinite(value) ? english.format(Math.round(value)) : '–';
 export const milliseconds = ms =>
   !Number.isFinite(ms) ? '–' : ms >= 1000 ? `${(ms / 1000).toFixed(ms < 1e4 ? 1 : 0)} s` : `${ms < 10 ? ms.toFixed(1) : Math.round(ms)} ms`;
 /// An estimate, with no more digits than it has.

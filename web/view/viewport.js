@@ -3,7 +3,7 @@ import {CameraControls} from './camera_controls.js';
 import {h} from '../ui/dom.js';
 
 const fov = 32, margin = 16;  // degrees; pixels around what fits
-const slow_picture = 30, very_slow_picture = 100, settled = 250, poll = 2;  // milliseconds
+const slow_picture = 30, very_slow_picture = 60, settled = 250, poll = 2;  // milliseconds
 
 /// three.js' layer of what is drawn only when the picture is sharp.
 export const fine_layer = 1;
@@ -155,6 +155,7 @@ export class Viewport extends EventTarget {
 
   /// sharp: however long it takes.
   draw(sharp = false) {
+    if (!this.renderer) return;
     cancelAnimationFrame(this.pending);
     this.pending = null;
     if (this.fence) return this.invalidate();  // pictures must not pile up before a slow graphics processor

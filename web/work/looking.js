@@ -29,7 +29,7 @@ export class Looking extends EventTarget {
     const soon = once_a_frame(() => this.update());
     meshing.addEventListener('mesh', () => (viewport.mark(null), this.place()));
     meshing.addEventListener('geometry', () => this.show_geometry());
-    meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update()));
+    meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update(true)));
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
     simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.place()));
     simulation.addEventListener('frame', once_a_frame(() => this.show_frame()));
@@ -87,7 +87,8 @@ export class Looking extends EventTarget {
     if (this.store.get('view.color_by') === 'volume_error') this.update();
   }
 
-  update() {
+  /// at_once: before the panels are written, so that the graphics processor works meanwhile.
+  update(at_once = false) {
     const view = this.store.get('view');
     const {layers} = view;
     grid_ink.value.set(theme_color('--grid'));
@@ -106,7 +107,8 @@ export class Looking extends EventTarget {
     this.highlight.show(solid || layers.surface);  // what was picked of the model is nowhere in a run
     this.sim.update({look: view.sim_look, coloring: this.sim_colors, errors: view.color_by === 'volume_error',
       selected: this.sim_colors && this.selection(view.select, this.sim_colors, 5), edges_only: view.edges_only});
-    this.viewport.invalidate();
+    if (at_once) this.viewport.draw();
+    else this.viewport.invalidate();
     this.tell_coloring(view);
   }
 

@@ -116,11 +116,15 @@ export class Meshing extends EventTarget {
     try {
       const result = await this.make_model({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full'}, abort);
       if (abort.signal.aborted) return;
-      await this.adopt(result, params, live);
+      await this.adopt(result, params, live, abort);
     } catch (error) {
       if (!abort.signal.aborted && error.name !== 'AbortError') this.fail(error);
     }
-    if (this.abort !== abort) return;
+    if (this.abort === abort && this.busy) this.go_on();
+  }
+
+  /// What was asked for meanwhile is next.
+  go_on() {
     this.busy = false;
     this.tell('progress');
     if (this.waiting) this.request(this.waiting.live);
@@ -138,13 +142,14 @@ export class Meshing extends EventTarget {
     return result;
   }
 
-  async adopt({model_id, model}, params, live) {
+  async adopt({model_id, model}, params, live, abort) {
     const asked = this.asked = (this.asked ?? 0) + 1, {mesh} = this;
     const cells = await load(this.client, `/models/${model_id}`, 'load_cells', this.origin);
     if (asked < this.asked || mesh !== this.mesh) return;
     Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
     this.took_ms = performance.now() - this.started;
     for (const {name, ms, reused} of model.stages) if (this.stages[name]) this.stages[name] = {state: 'fresh', ms, reused};
+    if (this.abort === abort) this.go_on();  // the server works while this model is drawn
     this.tell('stages');
     this.tell('model');
   }
