@@ -58,7 +58,7 @@ class ConnectionSet {
   void update(Entry& entry) const;
 
   int epoll_;
-  std::array<epoll_event, 2048> events_;
+  std::array<epoll_event, 8192> events_;
   std::map<std::uint64_t, Entry> entries_;
 };
 

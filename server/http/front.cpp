@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
-#include <list>
 #include <new>
 #include <span>
 
@@ -21,34 +20,21 @@ constexpr std::uint64_t listener_id = 1;
 /// For connections that are ready, and for answers, before others are looked for.
 constexpr auto handling_time = std::chrono::milliseconds(2);
 /// A turn.
-constexpr int most_accepted = 256;
+constexpr int most_accepted = 2048;
 
 }  // namespace
-
-struct Front::Answers {
-  using List = std::list<std::pair<std::uint64_t, Response>>;
-  Guarded<List> ready;
-
-  /// The first, or none.
-  List take_one() {
-    return ready.with([](List& all) {
-      List one;
-      if (!all.empty()) one.splice(one.end(), all, all.begin());
-      return one;
-    });
-  }
-};
 
 Front::Front(Listener& listener, const Service& service, Workers& workers, std::shared_ptr<Waker> waker,
              const FrontLimits& limits)
     : listener_(listener),
       service_(service),
-      workers_(workers),
+      most_{workers.most, {}},
+      large_json_{workers.large_json, {}},
       waker_(std::move(waker)),
       limits_(limits),
       streams_(waker_),
       bodies_(service, waker_, limits.bodies),
-      answers_(std::make_shared<Answers>()) {
+      answers_(std::make_shared<Guarded<Answers>>()) {
   std::signal(SIGPIPE, SIG_IGN);  // sendfile(2) knows no MSG_NOSIGNAL
   connections_.watch(listener_.descriptor(), EPOLLIN, listener_id);
   connections_.watch(waker_->descriptor(), Waker::epoll_events, Waker::epoll_id);
@@ -76,6 +62,8 @@ void Front::with(ConnectionSet::Entry& entry, const Use& use) try {
     streams_.adopt(connections_.release(entry));
   else if (entry.connection->awaits_file())
     bodies_.adopt(connections_.release(entry));
+  else if (entry.connection->state() == Connection::State::parked)
+    parked_.insert(entry.connection->id());
 } catch (const std::bad_alloc&) {
   // No memory to hand one more on: it is closed.
 }
@@ -91,7 +79,9 @@ void Front::turn() {
   if (woken) take_bodies(now);
   if (woken) take_answers(now);
   handle_ready(ready, now);
-  if (woken || now - last_tick_ >= connection_tick) sweep(now);
+  hand_over();
+  if (woken) wake_parked(now);
+  if (now - last_tick_ >= connection_tick) sweep(now);
 }
 
 /// Who asks now does not wait for thousands before it, and they do not wait for ever: the newest come first
@@ -159,28 +149,52 @@ void Front::dispatch(Connection& connection, Clock::time_point now) {
   auto admission = std::make_shared<Admission>(connection.take_admission());
   if (admission->route->immediate) return connection.respond(service_.answer(*admission), now);
   const bool large_json = admission->route->body == BodyKind::json && admission->request.body.in_file();
-  const bool queued =
-      (large_json ? workers_.large_json : workers_.most)
-          .submit([admission, id = connection.id(), answers = answers_, waker = waker_, &service = service_] {
-            Response response = service.answer(*admission);
-            retry_allocation([&] {
-              answers->ready.with([&](auto& ready) { ready.emplace_back(id, std::move(response)); });
-            });
-            waker->wake();
-          });
-  if (!queued)
-    connection.respond(problem_response(Refusal{503, "busy", "too many requests are waiting", "try again"}),
-                       now);
+  Line& line = large_json ? large_json_ : most_;
+  if (line.tasks.size() >= line.workers.room())
+    return connection.respond(
+        problem_response(Refusal{503, "busy", "too many requests are waiting", "try again"}), now);
+  line.tasks.emplace_back(
+      [admission, id = connection.id(), answers = answers_, waker = waker_, &service = service_] {
+        Response response = service.answer(*admission);
+        Answers answer;
+        retry_allocation([&] { answer.emplace_back(id, std::move(response)); });
+        answers->with([&](Answers& ready) { ready.splice(ready.end(), answer); });
+        waker->wake();
+      });
+}
+
+void Front::hand_over() {
+  for (Line* line : {&most_, &large_json_}) try {
+      if (!line->tasks.empty()) line->workers.submit(line->tasks);
+    } catch (const std::bad_alloc&) {
+      waker_->wake();  // they wait for the next turn
+    }
 }
 
 void Front::take_answers(Clock::time_point now) {
+  answers_->with([this](Answers& ready) { taken_.splice(taken_.end(), ready); });
   const auto end = Clock::now() + handling_time;
-  for (Answers::List one = answers_->take_one(); !one.empty(); one = answers_->take_one()) {
-    auto& answer = one.front();
-    if (ConnectionSet::Entry* entry = connections_.find(answer.first))
-      with(*entry, [&](Connection& connection) { connection.respond(std::move(answer.second), now); });
+  while (!taken_.empty()) {
+    Answers one;
+    one.splice(one.end(), taken_, taken_.begin());
+    auto& [id, answer] = one.front();
+    if (ConnectionSet::Entry* entry = connections_.find(id))
+      with(*entry, [&](Connection& connection) {
+        connection.respond(std::move(answer), now);
+        unsent_ += connection.unsent_body();
+      });
+    if (unsent_ > limits_.unsent_bodies) sweep(now);
     if (Clock::now() > end) return waker_->wake();  // the others come in the next turn
   }
+}
+
+/// Something has happened that their answers may have waited for.
+void Front::wake_parked(Clock::time_point now) {
+  std::erase_if(parked_, [&](std::uint64_t id) {
+    ConnectionSet::Entry* entry = connections_.find(id);
+    if (entry) with(*entry, [&](Connection& parked) { parked.on_wake(now); });
+    return !entry || !entry->connection || entry->connection->state() != Connection::State::parked;
+  });
 }
 
 /// Those whose bodies are whole, or have failed.
@@ -194,7 +208,7 @@ void Front::take_bodies(Clock::time_point now) {
     }
 }
 
-/// Answers that wait for something, deadlines, bounds over all connections, and those that have closed. When
+/// Deadlines, bounds over all connections, and those that have closed. When
 /// thousands are overdue at once, their refusals take several sweeps: others want to be answered, too.
 void Front::sweep(Clock::time_point now) {
   constexpr int most_overdue = 64;
@@ -216,6 +230,7 @@ void Front::sweep(Clock::time_point now) {
       buffered_ -= connection.buffered();
       connection.close();  // the oldest
     });
+  unsent_ = unsent_bodies;
   connections_.drop_closed();
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
+#include <list>
 #include <memory>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -18,7 +20,7 @@ namespace isochor {
 
 struct FrontLimits {
   ConnectionLimits connection;
-  std::size_t connections = 2048;
+  std::size_t connections = 8192;
   std::size_t buffered = std::size_t{4} << 20;  ///< bytes in memory of requests that are not whole
   /// Bytes of answers that their readers have not taken, in memory and in files.
   std::size_t unsent_bodies = std::size_t{8} << 20, unsent_files = std::size_t{1} << 30;
@@ -55,13 +57,21 @@ class Front {
   void make_room();
   void handle(ConnectionSet::Entry& entry, std::uint32_t events, Clock::time_point now);
   void dispatch(Connection& connection, Clock::time_point now);
+  void hand_over();
   void take_answers(Clock::time_point now);
+  void wake_parked(Clock::time_point now);
   void take_bodies(Clock::time_point now);
   void sweep(Clock::time_point now);
 
   Listener& listener_;
   const Service& service_;
-  Workers& workers_;
+  /// Tasks go to workers together, at the end of a turn: each one would have to wait for the worker that the
+  /// one before has woken.
+  struct Line {
+    WorkerPool& workers;
+    std::vector<WorkerPool::Task> tasks;
+  };
+  Line most_, large_json_;
   std::shared_ptr<Waker> waker_;
   FrontLimits limits_;
   std::atomic<bool> stop_{false};
@@ -72,9 +82,12 @@ class Front {
   std::size_t buffered_ = 0;  ///< at most so many since the last sweep
   StreamWriter streams_;
   BodyReader bodies_;
+  std::size_t unsent_ = 0;  ///< the same of bytes that readers have not taken
+  std::set<std::uint64_t> parked_;
   Clock::time_point last_tick_{};
-  struct Answers;
-  std::shared_ptr<Answers> answers_;  ///< shared with tasks that may outlive the front
+  using Answers = std::list<std::pair<std::uint64_t, Response>>;
+  std::shared_ptr<Guarded<Answers>> answers_;  ///< shared with tasks that may outlive the front
+  Answers taken_;                              ///< of them, not yet handled
 };
 
 }  // namespace isochor

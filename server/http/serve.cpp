@@ -1,13 +1,17 @@
 #include "server/http/serve.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/epoll.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
 
+#include "server/http/connection.h"
 #include "server/http/server.h"
 #include "server/messages/json.h"
 #include "server/problem.h"
@@ -15,12 +19,17 @@
 namespace isochor {
 namespace {
 
-/// A descriptor for each slow peer: as many as we may have.
-void raise_descriptor_limit() {
+/// A descriptor for each slow peer: as many as we may have, and a table with room for them. Once threads
+/// share the table, the kernel halts who makes it grow for tens of milliseconds.
+void make_room_for_descriptors() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_NOFILE, &limit);
+  constexpr rlim_t enough = 16384;
+  const Socket any(epoll_create1(EPOLL_CLOEXEC));
+  const Socket last(
+      fcntl(any.descriptor(), F_DUPFD_CLOEXEC, static_cast<int>(std::min(limit.rlim_cur, enough)) - 1));
 }
 
 sigset_t stop_signals() {
@@ -50,7 +59,7 @@ void exit_late() {
 }  // namespace
 
 int serve(const ServeOptions& options) try {
-  raise_descriptor_limit();
+  make_room_for_descriptors();
   // Before any thread is made, so that all of them leave these signals to sigwait.
   const sigset_t signals = stop_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);

@@ -1,5 +1,10 @@
 #include "server/job_queue/worker_pool.h"
 
+#include <algorithm>
+#include <iterator>
+
+#include "server/job_queue/lower_priority.h"
+
 namespace isochor {
 
 WorkerPool::WorkerPool(int threads, std::size_t max_queued) : max_queued_(max_queued) {
@@ -7,39 +12,65 @@ WorkerPool::WorkerPool(int threads, std::size_t max_queued) : max_queued_(max_qu
 }
 
 WorkerPool::~WorkerPool() {
-  std::deque<std::function<void()>> dropped;  // outside the lock: what they hold may submit as it ends
+  std::deque<Task> came, waited;  // end outside the locks: what they hold may submit
   {
     std::lock_guard lock(mutex_);
     stop_ = true;
-    dropped.swap(tasks_);
+    came.swap(incoming_);
   }
-  dropped.clear();
-  wake_.notify_all();
+  wake_.notify_one();
+  {
+    std::lock_guard lock(taking_);
+    waited.swap(tasks_);
+  }
+  waited.clear();
+  came.clear();
   for (std::thread& thread : threads_) thread.join();
 }
 
-bool WorkerPool::submit(std::function<void()> task) {
+bool WorkerPool::submit(Task task) {
   {
     std::lock_guard lock(mutex_);
-    if (stop_ || tasks_.size() >= max_queued_) return false;
-    tasks_.push_back(std::move(task));
+    if (stop_ || room() == 0) return false;
+    incoming_.push_back(std::move(task));
+    ++queued_;
   }
   wake_.notify_one();
   return true;
 }
 
-void WorkerPool::loop() {
-  for (;;) {
-    std::function<void()> task;
-    {
-      std::unique_lock lock(mutex_);
-      wake_.wait(lock, [&] { return stop_ || !tasks_.empty(); });
-      if (stop_) return;
-      task = std::move(tasks_.front());
-      tasks_.pop_front();
-    }
-    task();
+void WorkerPool::submit(std::vector<Task>& tasks) {
+  {
+    std::lock_guard lock(mutex_);
+    incoming_.insert(incoming_.end(), std::make_move_iterator(tasks.begin()),
+                     std::make_move_iterator(tasks.end()));
+    queued_ += tasks.size();
   }
+  wake_.notify_one();
+  tasks.clear();
+}
+
+std::size_t WorkerPool::room() const {
+  return max_queued_ - std::min<std::size_t>(max_queued_, queued_);
+}
+
+WorkerPool::Task WorkerPool::take() {
+  std::lock_guard taking(taking_);
+  if (tasks_.empty()) {
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [&] { return stop_ || !incoming_.empty(); });
+    tasks_.swap(incoming_);
+  }
+  if (stop_) return {};
+  Task task = std::move(tasks_.front());
+  tasks_.pop_front();
+  --queued_;
+  return task;
+}
+
+void WorkerPool::loop() {
+  lower_priority();
+  while (const Task task = take()) task();
 }
 
 }  // namespace isochor

@@ -6,6 +6,7 @@
 
 #include "core/parallel/cancel_scope.h"
 #include "server/job_queue/guarded.h"
+#include "server/job_queue/lower_priority.h"
 #include "server/job_queue/retry_allocation.h"
 #include "server/problem.h"
 
@@ -54,6 +55,7 @@ void SimulationRunner::cancel() {
 }
 
 void SimulationRunner::run() {
+  lower_priority();
   Progress progress({}, &cancelled_);
   const CancelScope scope(progress);
   try {

@@ -1,7 +1,10 @@
 #include "server/http/front.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <fstream>
 #include <future>
 #include <thread>
 
@@ -24,6 +27,17 @@ Route immediate(std::string_view pattern, std::function<void()> act) {
               },
           .answers = {},
           .immediate = true};
+}
+
+/// How many may wait at a listener, with both ends in this process.
+int most_waiting() {
+  rlimit descriptors{};
+  getrlimit(RLIMIT_NOFILE, &descriptors);
+  descriptors.rlim_cur = descriptors.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &descriptors);
+  int most = 0;
+  std::ifstream("/proc/sys/net/core/somaxconn") >> most;
+  return static_cast<int>(std::min<rlim_t>(most, descriptors.rlim_cur / 3));
 }
 
 /// A front whose thread can be held up, as a program that is not scheduled.
@@ -65,8 +79,9 @@ class HeldUp : public testing::Test {
   std::thread thread_;
 };
 
-TEST_F(HeldUp, WhoAsksLastDoesNotWaitForHundredsBefore) {
-  constexpr int many = 900;
+TEST_F(HeldUp, WhoAsksLastDoesNotWaitForThoseBefore) {
+  constexpr int many = 3000;
+  if (most_waiting() <= many) GTEST_SKIP() << "the system lets fewer wait at a listener";
   RawSocket held = ask("/hold");
   reached_.get_future().wait();
   std::vector<RawSocket> before;
