@@ -1,6 +1,6 @@
-import {Client} from './wire/client.js';
-import {make_app, load_tables, tables} from './work/app.js';
-import {sample_path} from './work/meshing.js';
+import {client, first_sample} from './work/first_requests.js';
+import {make_app, load_tables} from './work/app.js';
+import {ask_for_picture} from './work/meshing.js';
 import {accept_drops} from './work/dropping.js';
 import {watch_server} from './work/connection.js';
 import {listen_to_keys} from './work/shortcuts.js';
@@ -19,10 +19,6 @@ import {h} from './ui/dom.js';
 const preferred = matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark';
 document.documentElement.dataset.theme = localStorage.getItem('isochor-theme') ?? preferred;
 
-// The server works while the view is made.
-const client = new Client();
-for (const path of tables) client.ahead('GET', path);
-if (!location.hash) client.ahead('POST', sample_path('tree'));
 const app = make_app(client);
 const cards = problem_cards(app);
 
@@ -36,6 +32,7 @@ function lay_out() {
 
 async function start() {
   await load_tables(app);
+  await first_sample?.then(mesh => ask_for_picture(client, mesh, app.sample_params('tree')), () => {});
   lay_out();
   listen_to_keys(app);
   accept_drops(app);

@@ -18,9 +18,16 @@ test('the first visit shows the sample tree and its tets half open, and says not
   await page.context().close();
 });
 
-test('the page comes in a handful of files, and its first model is under way before anything is drawn', async () => {
+test('the page comes in a handful of files, and its first model is under way before anything is laid out', async () => {
   /// All that is drawn waits for the parameters: they come once the sample is known, which is soon.
   const prepare = async made => {
+    await made.addInitScript(() => {
+      const {fetch} = globalThis;
+      globalThis.fetch = (url, ...rest) => {
+        if (String(url).includes('/models?')) globalThis.laid_out_first ??= Boolean(document.querySelector('header'));
+        return fetch(url, ...rest);
+      };
+    });
     const known = made.waitForResponse('**/meshes?*').then(response => response.finished());
     await made.route('**/api/v1/parameters', async route => (await known, route.continue()));
   };
@@ -33,6 +40,7 @@ test('the page comes in a handful of files, and its first model is under way bef
     return {model: model.startTime, drawn: performance.getEntriesByName('first-contentful-paint')[0].startTime};
   });
   assert.ok(at.model < at.drawn, JSON.stringify(at));
+  assert.equal(await page.evaluate(() => globalThis.laid_out_first), false);
   await page.context().close();
 });
 

@@ -80,6 +80,7 @@ async function measure_opening() {
       return drawElements.call(this, mode, count, ...rest);
     };
   });
+  await page.waitForTimeout(3000);  // the browser itself is still starting
   await page.goto(server.url);
   await status(page).filter({hasText: /tets in/}).waitFor();
   const [surface, drawn, tets] = await page.evaluate(() => [globalThis.surface_at, globalThis.drawn_at, globalThis.tets_at]);

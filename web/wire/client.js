@@ -48,15 +48,16 @@ export class Client extends EventTarget {
   }
 
   /// Sends a request before anybody asks for its answer; the first who does takes it.
-  ahead(method, path) {
-    const answer = this.request(method, path).then(response => response.json());
+  ahead(method, path, json) {
+    const answer = this.request(method, path, {json}).then(response => response.json());
     answer.catch(() => {});
-    this.begun.set(`${method} ${path}`, answer);
+    this.begun.set(key(method, path, json), answer);
+    return answer;
   }
 
-  begun_by(method, path) {
-    const answer = this.begun.get(`${method} ${path}`);
-    this.begun.delete(`${method} ${path}`);
+  begun_by(method, path, json) {
+    const answer = this.begun.get(key(method, path, json));
+    this.begun.delete(key(method, path, json));
     return answer;
   }
 
@@ -92,7 +93,7 @@ export class Client extends EventTarget {
   }
 
   async send(method, path, json, options) {
-    const begun = this.begun_by(method, path);
+    const begun = this.begun_by(method, path, json);
     if (begun) return begun;
     const response = await this.request(method, path, {json, ...options});
     return response.status === 204 ? null : response.json();
@@ -105,6 +106,8 @@ export class Client extends EventTarget {
     if (fresh) this.keep_token(fresh);
   }
 }
+
+const key = (...request) => JSON.stringify(request);
 
 /// From another machine a person brings the token along behind #token=; it does not stay in the address.
 function brought_token() {

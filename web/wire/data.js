@@ -20,6 +20,19 @@ export function ask(task, message, transfer = []) {
   });
 }
 
+const begun = new Map();
+
 /// GET of a document with bulk arrays, decoded into typed arrays; `task` may prepare them for drawing as well. Positions
 /// and grids count from the origin.
-export const load = (client, path, task = 'load', origin = [0, 0, 0]) => ask(task, {url: client.absolute(path), headers: client.credentials(), origin});
+export function load(client, path, task = 'load', origin = [0, 0, 0]) {
+  const data = begun.get(path) ?? ask(task, {url: client.absolute(path), headers: client.credentials(), origin});
+  begun.delete(path);
+  return data;
+}
+
+/// Begins to load before anybody asks; the first who does takes it.
+export function load_ahead(client, path, ...how) {
+  const data = load(client, path, ...how);
+  data.catch(() => {});
+  begun.set(path, data);
+}

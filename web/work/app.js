@@ -4,6 +4,7 @@ import {default_state} from '../state/defaults.js';
 import {Store, copy} from '../state/store.js';
 import {default_params, read_schema} from '../state/schema.js';
 import {Viewport} from '../view/viewport.js';
+import {tables} from './first_requests.js';
 import {Meshing} from './meshing.js';
 import {Playback} from './playback.js';
 import {Simulation} from './simulation.js';
@@ -45,8 +46,6 @@ async function run(app, action) {
     return null;
   }
 }
-
-export const tables = ['/parameters', '/samples'];
 
 export async function load_tables(app) {
   const [schema, samples] = await Promise.all(tables.map(path => app.client.get(path)));

@@ -1,5 +1,6 @@
-import {load} from '../wire/data.js';
+import {load, load_ahead} from '../wire/data.js';
 import {precision} from '../wire/decode.js';
+import {sample_path} from './first_requests.js';
 import {finish_job} from '../wire/jobs.js';
 
 export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
@@ -11,7 +12,7 @@ const preview_patience = 2000;
 /// Milliseconds of work before it shows how far it is.
 export const unnoticed = 300;
 
-export const sample_path = name => `/meshes?sample=${encodeURIComponent(name)}`;
+const models_path = '/models?wait_ms=100';
 
 /// From where all that is drawn of a mesh counts, in its own coordinates: its middle, where it is so far from their origin
 /// that single precision would show.
@@ -64,7 +65,7 @@ export class Meshing extends EventTarget {
     give_way();
     Object.assign(this, {mesh, sample, origin: origin_of(mesh.report.bounds), made_with: null});
     this.model = this.cells = this.voxels = null;
-    const geometry = load(this.client, `/meshes/${mesh.id}/geometry${precision(this.origin)}`, 'load', this.origin);
+    const geometry = load(this.client, ...geometry_of(mesh, this.origin));
     this.request(false);
     this.tell('mesh');
     const shape = await geometry;
@@ -114,7 +115,7 @@ export class Meshing extends EventTarget {
     this.started = performance.now();
     this.mark_changed(params);
     try {
-      const result = await this.make_model({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full'}, abort);
+      const result = await this.make_model(model_request(mesh, params, live), abort);
       if (abort.signal.aborted) return;
       await this.adopt(result, params, live, abort);
     } catch (error) {
@@ -132,7 +133,7 @@ export class Meshing extends EventTarget {
 
   async make_model(request, {signal}) {
     if (this.job) request.supersedes = this.job.id;
-    let job = await this.client.send('POST', '/models?wait_ms=100', request, {signal});
+    let job = await this.client.send('POST', models_path, request, {signal});
     this.job = job;
     const result = await finish_job(this.client, job, {signal, on_progress: now => {
       this.job = job = now;
@@ -198,6 +199,16 @@ export class Meshing extends EventTarget {
   stage_of(name) {
     return this.stage_by_name?.[name];
   }
+}
+
+const model_request = (mesh, params, live) => ({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full'});
+
+const geometry_of = (mesh, origin) => [`/meshes/${mesh.id}/geometry${precision(origin)}`, 'load', origin];
+
+/// Asks for what is drawn of a mesh while there is no page yet to draw it on.
+export function ask_for_picture(client, mesh, params) {
+  load_ahead(client, ...geometry_of(mesh, origin_of(mesh.report.bounds)));
+  client.ahead('POST', models_path, model_request(mesh, params, false));
 }
 
 /// Absent values have their defaults on the server.
