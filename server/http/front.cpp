@@ -177,10 +177,10 @@ void Front::take_answers(Clock::time_point now) {
   while (!taken_.empty()) {
     Answers one;
     one.splice(one.end(), taken_, taken_.begin());
-    auto& [id, answer] = one.front();
-    if (ConnectionSet::Entry* entry = connections_.find(id))
+    auto& answer = one.front();
+    if (ConnectionSet::Entry* entry = connections_.find(answer.first))
       with(*entry, [&](Connection& connection) {
-        connection.respond(std::move(answer), now);
+        connection.respond(std::move(answer.second), now);
         unsent_ += connection.unsent_body();
       });
     if (unsent_ > limits_.unsent_bodies) sweep(now);
