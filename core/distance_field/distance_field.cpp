@@ -12,6 +12,7 @@
 #include "core/distance_field/block_kernel.h"
 #include "core/distance_field/features.h"
 #include "core/distance_field/fill.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -86,16 +87,6 @@ void check_budget(const TriangleSoup& soup, const Grid& grid, const DistanceFiel
                                              : "the mesh alone is too large: simplify it");
 }
 
-/// Gives the values their size. The first touch of a gigabyte takes a second, within which a run can be
-/// cancelled.
-void touch(std::size_t size, std::vector<float>& values, const Progress& progress) {
-  constexpr std::size_t portion = std::size_t{1} << 20;
-  while (values.size() < size) {
-    progress.throw_if_cancelled();
-    values.resize(std::min(size, values.size() + portion));
-  }
-}
-
 }  // namespace
 
 void fill_distances(const TriangleSoup& soup, const BlockKernel& kernel, DistanceField& field,
@@ -127,7 +118,8 @@ DistanceField make_distance_field(const TriangleSoup& soup, const DistanceFieldO
   progress.throw_if_cancelled();
   field.distance.reserve(field.grid.count());
   prefer_huge_pages(field.distance.data(), field.distance.capacity() * sizeof(float));
-  touch(static_cast<std::size_t>(field.grid.count()), field.distance, progress);
+  const CancelScope scope(progress);
+  cancellable_resize(field.distance, static_cast<std::size_t>(field.grid.count()));
   fill_distances(soup, block_kernels().front(), field, progress);
   return field;
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/mesh_input/topology.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -57,12 +58,13 @@ std::uint32_t spread(std::uint32_t v) {
 
 /// By the bits from 32 on, ten at a time; the order of equal codes is that of the input.
 void radix_sort(std::vector<std::uint64_t>& keys) {
-  std::vector<std::uint64_t> other(keys.size());
+  std::vector<std::uint64_t> other;
+  cancellable_resize(other, keys.size());
   for (int shift = 32; shift < 62; shift += 10) {
     std::array<std::size_t, 1025> begin{};
-    for (std::uint64_t key : keys) ++begin[(key >> shift & 1023) + 1];
+    for (std::uint64_t key : cancellable(keys)) ++begin[(key >> shift & 1023) + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    for (std::uint64_t key : keys) other[begin[key >> shift & 1023]++] = key;
+    for (std::uint64_t key : cancellable(keys)) other[begin[key >> shift & 1023]++] = key;
     keys.swap(other);
   }
 }
@@ -137,6 +139,7 @@ class FeatureBuilder {
     number_.assign(positions_.size(), -1);
     face_.resize(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (t % 4096 == 0) throw_if_scope_cancelled();
       if (t % triangles_per_cluster == 0) begin_cluster();
       for (std::int32_t v : triangles_[t])
         if (number_[v] < 0) {
@@ -177,10 +180,14 @@ class FeatureBuilder {
       const Triangle& t = triangles_[h / 3];
       return std::minmax({number_[t[h % 3]], number_[t[(h + 1) % 3]]});
     };
-    for (std::size_t h = 0; h < count; ++h) ++begin[ends(h).first + 1];
+    for (std::size_t h = 0; h < count; ++h) {
+      if (h % 4096 == 0) throw_if_scope_cancelled();
+      ++begin[ends(h).first + 1];
+    }
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     HugeVector<Entry> entries(count);
     for (std::size_t h = count; h-- > 0;) {
+      if (h % 4096 == 0) throw_if_scope_cancelled();
       const auto [low, high] = ends(h);
       entries[--begin[low + 1]] = {high, static_cast<std::int32_t>(h)};
     }
@@ -200,6 +207,7 @@ class FeatureBuilder {
     HugeVector<std::int32_t>& edge_of_half_edge = first_half_edge_;  // each is read before it is replaced
     for (std::size_t h = 0; h < edge_of_half_edge.size(); ++h) {
       if (h % (3 * triangles_per_cluster) == 0) {
+        throw_if_scope_cancelled();
         fill_tile(edge_of_, EdgeSource{});
         features_.clusters[h / (3 * triangles_per_cluster)].edges =
             static_cast<std::int32_t>(edge_of_.size() / tile_lanes);
@@ -293,6 +301,7 @@ class FeatureBuilder {
   }
 
   void make_cluster(std::size_t c) {
+    throw_if_scope_cancelled();
     Cluster& cluster = features_.clusters[c];
     cluster.corners = static_cast<std::int32_t>(features_.corners.size());
     std::vector<std::int32_t>& used = corners_;

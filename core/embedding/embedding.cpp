@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/embedding/tet_locator.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -26,7 +27,7 @@ std::array<double, 4> exact_sum(const std::array<double, 4>& w) {
 std::vector<std::int32_t> spatial_order(std::span<const Vec3> points) {
   constexpr int bins = 16;  // along the longest edge
   Box box;
-  for (const Vec3& p : points) box.extend(p);
+  for (const Vec3& p : cancellable(points)) box.extend(p);
   const double width = std::max(box.size().maxCoeff() / bins, std::numeric_limits<double>::min());
   const Vec3i size = (box.size() / width).array().floor().min(bins - 1.0).cast<int>() + 1;
   const auto bin = [&](const Vec3& p) {
@@ -34,10 +35,10 @@ std::vector<std::int32_t> spatial_order(std::span<const Vec3> points) {
     return at.x() + size.x() * (at.y() + size.y() * at.z());
   };
   std::vector<std::int32_t> next(size.prod() + 1, 0), order(points.size());
-  for (const Vec3& p : points) ++next[bin(p) + 1];
+  for (const Vec3& p : cancellable(points)) ++next[bin(p) + 1];
   std::partial_sum(next.begin(), next.end(), next.begin());
-  for (std::size_t v = 0; v < points.size(); ++v)
-    order[next[bin(points[v])]++] = static_cast<std::int32_t>(v);
+  std::int32_t v = 0;
+  for (const Vec3& p : cancellable(points)) order[next[bin(p)]++] = v++;
   return order;
 }
 
@@ -50,7 +51,8 @@ Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress
   const auto count = static_cast<std::int64_t>(soup.positions.size());
   const std::vector<std::int32_t> order = spatial_order(soup.positions);
   Embedding embedding;
-  embedding.tet.resize(count), embedding.weights.resize(count), embedding.distance.resize(count);
+  embedding.tet.resize(count), embedding.distance.resize(count);
+  cancellable_resize(embedding.weights, static_cast<std::size_t>(count));
   parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
     progress.throw_if_cancelled();
     TetLocator::Hint hint;
@@ -62,7 +64,7 @@ Embedding make_embedding(const TriangleSoup& soup, const TetMesh& mesh, Progress
       embedding.distance[v] = static_cast<float>(found.distance);
     }
   });
-  for (const float d : embedding.distance) {
+  for (const float d : cancellable(embedding.distance)) {
     embedding.outside += d > 0.0F;
     embedding.largest_distance = std::max<double>(embedding.largest_distance, d);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel/cancellable_range.h"
+
 namespace isochor {
 namespace {
 
@@ -18,7 +20,7 @@ std::vector<std::int32_t> tets_of_surface(const TetMesh& mesh) {
                                [&](std::int32_t v) { return std::ranges::count(mesh.tets[tet], v) == 1; });
   };
   std::size_t cell = 0;
-  for (const Triangle& triangle : mesh.surface) {
+  for (const Triangle& triangle : cancellable(mesh.surface)) {
     std::int32_t owner = -1;
     for (; owner < 0; cell += owner < 0)
       for (std::size_t tet = 5 * cell; tet < 5 * cell + 5 && owner < 0; ++tet)
@@ -40,18 +42,19 @@ TetLocator::TetLocator(const TetMesh& mesh, const Progress& progress)
 // Bins as wide as cells and half a cell off, so that an unsmoothed cell meets eight of them.
 void TetLocator::fill_bins(const Progress& progress) {
   Box box;
-  for (const Vec3& x : mesh_.positions) box.extend(x);
+  for (const Vec3& x : cancellable(mesh_.positions)) box.extend(x);
   bins_.spacing = mesh_.grid.spacing;
   const Vec3 offset = ((box.min - mesh_.grid.origin) / bins_.spacing).array().floor() - 0.5;
   bins_.origin = mesh_.grid.origin + bins_.spacing * offset;
   bins_.size = ((box.max - bins_.origin) / bins_.spacing).cast<int>() + Vec3i::Ones();
   boxes_.reserve(mesh_.cells.size());
-  for (const Cell& cell : mesh_.cells) {
+  for (const Cell& cell : cancellable(mesh_.cells)) {
     Box bounds;
     for (const std::int32_t v : cell.corners) bounds.extend(mesh_.positions[v]);
     boxes_.push_back({bounds.min, bounds.max});
   }
   const auto for_bins = [&](std::size_t cell, auto&& visit) {
+    if (cell % 4096 == 0) throw_if_scope_cancelled();
     const Vec3i low = ((boxes_[cell][0] - bins_.origin) / bins_.spacing).cast<int>();
     const Vec3i high = ((boxes_[cell][1] - bins_.origin) / bins_.spacing).cast<int>();
     for (int k = low.z(); k <= high.z(); ++k)

@@ -5,6 +5,7 @@
 
 #include "core/common/wide.h"
 #include "core/mesh_input/triangle_soup.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/cancellable_sort.h"
 #include "core/parallel/parallel.h"
 
@@ -27,9 +28,13 @@ std::vector<std::int32_t> morton_order(std::span<const Vec3> positions, std::spa
     return (positions[triangles[t][0]] + positions[triangles[t][1]] + positions[triangles[t][2]]) / 3.0;
   };
   Box box;
-  for (std::int64_t t = 0; t < count; ++t) box.extend(center(t));
+  for (std::int64_t t = 0; t < count; ++t) {
+    if (t % 4096 == 0) throw_if_scope_cancelled();
+    box.extend(center(t));
+  }
   const double longest = box.size().maxCoeff(), scale = longest > 0.0 ? ((1 << 21) - 1) / longest : 0.0;
-  std::vector<std::pair<std::uint64_t, std::int32_t>> keys(count);
+  std::vector<std::pair<std::uint64_t, std::int32_t>> keys;
+  cancellable_resize(keys, static_cast<std::size_t>(count));
   parallel_for(count, 4096, [&](std::int64_t begin, std::int64_t end) {
     for (auto t = begin; t < end; ++t) {
       const Vec3 at = scale * (center(t) - box.min);
@@ -42,7 +47,7 @@ std::vector<std::int32_t> morton_order(std::span<const Vec3> positions, std::spa
   cancellable_sort(keys);
   std::vector<std::int32_t> order;
   order.reserve(count);
-  for (const auto& [key, triangle] : keys) order.push_back(triangle);
+  for (const auto& [key, triangle] : cancellable(keys)) order.push_back(triangle);
   return order;
 }
 
@@ -132,7 +137,7 @@ std::vector<Box> TriangleTree::add_leaves(std::span<const Vec3> positions,
   const std::vector<std::int32_t> order = morton_order(positions, triangles);
   const auto count = static_cast<std::int32_t>(order.size());
   static_assert(sizeof(Leaf::x) == rows * lanes * sizeof(double));
-  leaves_.resize((count + lanes - 1) / lanes);
+  cancellable_resize(leaves_, static_cast<std::size_t>((count + lanes - 1) / lanes));
   place_.resize(count);
   std::vector<Box> boxes(leaves_.size());
   parallel_for(static_cast<std::int64_t>(leaves_.size()), 512, [&](std::int64_t begin, std::int64_t end) {
@@ -155,6 +160,7 @@ std::vector<Box> TriangleTree::add_parents(std::span<const Box> children, std::i
   constexpr double far = 1e300;
   std::vector<Box> boxes;
   for (std::size_t child = 0; child < children.size(); ++child) {
+    if (child % 4096 == 0) throw_if_scope_cancelled();
     const int l = static_cast<int>(child % lanes);
     if (l == 0) {
       Node& node = nodes_.emplace_back();

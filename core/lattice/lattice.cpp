@@ -197,13 +197,17 @@ Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOp
     filled = options.contacts == Contacts::fill ? fill_contacts(lattice.grid, lattice.kept) : 0;
   } while (filled > 0);
 
+  progress.throw_if_cancelled();
   Components components = label_components(lattice.grid, lattice.kept);
+  progress.throw_if_cancelled();
   lattice.components = static_cast<int>(components.size.size());
   if (options.largest_only && lattice.components > 1) {
     keep_largest(components, lattice.kept);
     lattice.components = 1;
   }
+  progress.throw_if_cancelled();
   const ContactCounts contacts = count_contacts(lattice.grid, lattice.kept);
+  progress.throw_if_cancelled();
   lattice.edge_contacts = contacts.edges, lattice.vertex_contacts = contacts.nodes;
   for (std::size_t c = 0; c < lattice.kept.size(); ++c) {
     lattice.kept_count += lattice.kept[c];

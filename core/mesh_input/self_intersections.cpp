@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -46,7 +47,7 @@ class TriangleGrid {
   TriangleGrid(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles)
       : positions_(positions), triangles_(triangles) {
     boxes_.reserve(triangles.size());
-    for (const Triangle& t : triangles) {
+    for (const Triangle& t : cancellable(triangles)) {
       Box& box = boxes_.emplace_back();
       for (const std::int32_t v : t) box.extend(positions[v]);
       all_.extend(box.min), all_.extend(box.max);
@@ -109,7 +110,7 @@ class TriangleGrid {
     for (;; grid_.spacing *= 1.5) {
       grid_.size = (extent / grid_.spacing).cast<int>() + Vec3i::Ones();
       double entries = 0.0;
-      for (const Box& box : boxes_)
+      for (const Box& box : cancellable(boxes_))
         entries += (cube_of(box.max) - cube_of(box.min) + Vec3i::Ones()).cast<double>().prod();
       if (entries <= 6.0 * count || grid_.count() == 1) return;
     }
@@ -117,12 +118,15 @@ class TriangleGrid {
 
   void fill() {
     first_.assign(grid_.count() + 1, 0);
-    for (const Box& box : boxes_) for_cubes(box, [&](std::int64_t cube) { ++first_[cube + 1]; });
+    for (const Box& box : cancellable(boxes_)) for_cubes(box, [&](std::int64_t cube) { ++first_[cube + 1]; });
     for (std::int64_t c = 0; c < grid_.count(); ++c) first_[c + 1] += first_[c];
-    entries_.resize(first_.back());
+    cancellable_resize(entries_, static_cast<std::size_t>(first_.back()));
     std::vector<std::int64_t> next(first_.begin(), first_.end() - 1);
-    for (std::size_t t = 0; t < boxes_.size(); ++t)
-      for_cubes(boxes_[t], [&](std::int64_t cube) { entries_[next[cube]++] = static_cast<std::int32_t>(t); });
+    std::int32_t t = 0;
+    for (const Box& box : cancellable(boxes_)) {
+      for_cubes(box, [&](std::int64_t cube) { entries_[next[cube]++] = t; });
+      ++t;
+    }
   }
 
   /// Whether the boxes meet, and their common part begins in this cube: so a pair is tried once.

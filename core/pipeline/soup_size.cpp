@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/mesh_input/columns.h"
+#include "core/parallel/cancellable_range.h"
 
 namespace isochor {
 namespace {
@@ -50,7 +51,7 @@ Vec3 principal_extents(const TriangleSoup& soup, const Vec3& middle) {
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   Vec3 sum = Vec3::Zero();
   const auto for_corners = [&](auto&& visit) {
-    for (const Triangle& t : soup.triangles)
+    for (const Triangle& t : cancellable(soup.triangles))
       for (const std::int32_t corner : t) visit(Vec3(soup.positions[corner] - middle));
   };
   for_corners([&](const Vec3& x) { sum += x, moments += x * x.transpose(); });
@@ -73,7 +74,7 @@ SoupSize soup_size(const TriangleSoup& soup) {
   size.box = bounding_box(soup);
   size.triangles = static_cast<std::int64_t>(soup.triangles.size());
   size.vertices = static_cast<std::int64_t>(soup.positions.size());
-  for (const Triangle& t : soup.triangles)
+  for (const Triangle& t : cancellable(soup.triangles))
     size.area += 0.5 * (soup.positions[t[1]] - soup.positions[t[0]])
                            .cross(soup.positions[t[2]] - soup.positions[t[0]])
                            .norm();

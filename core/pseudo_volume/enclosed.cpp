@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh_input/axis_lines.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 
 namespace isochor {
@@ -49,13 +50,14 @@ std::optional<BitVolume> enclosed_voxels(const TriangleSoup& soup, const Distanc
   const AxisLines rows = rows_of(grid);
   if (rows.tries(soup) > most_tries) return std::nullopt;
   std::vector<std::int64_t> first(inside.rows() + 1, 0);
-  for (const Triangle& t : soup.triangles)
+  for (const Triangle& t : cancellable(soup.triangles))
     rows.for_crossings(soup, t, [&](int j, int k, double, int) { ++first[inside.row_index(j, k) + 1]; });
   progress.throw_if_cancelled();
   std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<Crossing> crossings(first.back());
+  std::vector<Crossing> crossings;
+  cancellable_resize(crossings, static_cast<std::size_t>(first.back()));
   std::vector<std::int64_t> next(first.begin(), first.end() - 1);
-  for (const Triangle& t : soup.triangles)
+  for (const Triangle& t : cancellable(soup.triangles))
     rows.for_crossings(soup, t, [&](int j, int k, double depth, int sense) {
       crossings[next[inside.row_index(j, k)]++] = {static_cast<float>(depth / grid.spacing), sense};
     });

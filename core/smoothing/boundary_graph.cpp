@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/parallel/cancellable_range.h"
+
 namespace isochor {
 namespace {
 
@@ -11,7 +13,7 @@ bool is_axis_aligned(const std::array<std::int32_t, 3>& a, const std::array<std:
 
 void collect_vertices(const TetMesh& mesh, BoundaryGraph& graph) {
   graph.index.assign(mesh.positions.size(), -1);
-  for (const Triangle& triangle : mesh.surface)
+  for (const Triangle& triangle : cancellable(mesh.surface))
     for (const std::int32_t v : triangle) graph.index[v] = 0;
   for (std::size_t v = 0; v < graph.index.size(); ++v) {
     if (graph.index[v] < 0) continue;
@@ -24,7 +26,7 @@ void collect_vertices(const TetMesh& mesh, BoundaryGraph& graph) {
 /// edge comes in both directions.
 template <class Visit>
 void for_edges(const TetMesh& mesh, UmbrellaEdges edges, Visit&& visit) {
-  for (const Triangle& t : mesh.surface)
+  for (const Triangle& t : cancellable(mesh.surface))
     for (int e = 0; e < 3; ++e) {
       const std::int32_t a = t[e], b = t[(e + 1) % 3];
       if (edges == UmbrellaEdges::all || is_axis_aligned(mesh.nodes[a], mesh.nodes[b])) visit(a, b);
@@ -35,6 +37,7 @@ void for_edges(const TetMesh& mesh, UmbrellaEdges edges, Visit&& visit) {
 void remove_duplicates(BoundaryGraph& graph) {
   std::int32_t end = 0;
   for (std::size_t v = 0; v < graph.vertices.size(); ++v) {
+    if (v % 4096 == 0) throw_if_scope_cancelled();
     const auto begin = graph.neighbors.begin() + graph.first[v];
     const auto stop = graph.neighbors.begin() + graph.first[v + 1];
     std::sort(begin, stop);

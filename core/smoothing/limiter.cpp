@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/common/wide.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 #include "core/quality/dihedral.h"
 
@@ -45,15 +46,17 @@ MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double
     : graph_(graph),
       squared_cosine_(std::pow(cosine_of_floor(min_dihedral_deg), 2)),
       scale_(1.0 / mesh.grid.spacing) {
-  std::ranges::copy_if(mesh.tets, std::back_inserter(tets_), [&](const Tet& tet) {
-    return std::ranges::any_of(tet, [&](std::int32_t v) { return graph.index[v] >= 0; });
-  });
+  for (const Tet& tet : cancellable(mesh.tets))
+    if (std::ranges::any_of(tet, [&](std::int32_t v) { return graph.index[v] >= 0; })) tets_.push_back(tet);
   const std::size_t n = graph.vertices.size();
   share_.resize(n, 1.0), limited_.resize(n, 0), chosen_.resize(n, 0), seen_.resize(tets_.size(), 0);
   const auto for_corners = [&](auto&& visit) {
-    for (std::size_t t = 0; t < tets_.size(); ++t)
-      for (const std::int32_t v : tets_[t])
-        if (graph.index[v] >= 0) visit(graph.index[v], static_cast<std::int32_t>(t));
+    std::int32_t t = 0;
+    for (const Tet& tet : cancellable(tets_)) {
+      for (const std::int32_t v : tet)
+        if (graph.index[v] >= 0) visit(graph.index[v], t);
+      ++t;
+    }
   };
   first_.resize(n + 1, 0);
   for_corners([&](std::int32_t b, std::int32_t) { ++first_[b + 1]; });

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/common/compensated_sum.h"
+#include "core/parallel/cancellable_range.h"
 
 namespace isochor {
 namespace {
@@ -24,7 +25,7 @@ Moments moments(const TetMesh& mesh, const VertexComponents& components, const V
   Moments m{{}, std::vector<Vec3>(components.count, Vec3::Zero())};
   std::vector<CompensatedSum> volumes(components.count);
   const auto& x = mesh.positions;
-  for (const Tet& t : mesh.tets) {
+  for (const Tet& t : cancellable(mesh.tets)) {
     const std::int32_t c = components.of_vertex[t[0]];
     const double volume = tet_volume(x[t[0]], x[t[1]], x[t[2]], x[t[3]]);
     volumes[c].add(volume);
@@ -39,7 +40,7 @@ Moments moments(const TetMesh& mesh, const VertexComponents& components, const V
 VertexComponents vertex_components(const TetMesh& mesh) {
   std::vector<std::int32_t> parent(mesh.positions.size());
   std::iota(parent.begin(), parent.end(), 0);
-  for (const Cell& cell : mesh.cells) {
+  for (const Cell& cell : cancellable(mesh.cells)) {
     const std::int32_t root = find_root(parent, cell.corners[0]);
     for (const std::int32_t v : cell.corners) parent[find_root(parent, v)] = root;
   }
@@ -47,6 +48,7 @@ VertexComponents vertex_components(const TetMesh& mesh) {
   std::vector<std::int32_t> label(parent.size(), -1);
   components.of_vertex.resize(parent.size());
   for (std::size_t v = 0; v < parent.size(); ++v) {
+    if (v % 4096 == 0) throw_if_scope_cancelled();
     const std::int32_t root = find_root(parent, static_cast<std::int32_t>(v));
     if (label[root] < 0) label[root] = components.count++;
     components.of_vertex[v] = label[root];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/parallel.h"
 #include "core/smoothing/boundary_graph.h"
 #include "core/smoothing/limiter.h"
@@ -39,11 +40,21 @@ void umbrella(const BoundaryGraph& graph, const std::vector<Vec3>& x, std::vecto
   });
 }
 
+TetMesh copy_of(const TetMesh& mesh) {
+  return {cancellable_copy(mesh.positions),
+          cancellable_copy(mesh.tets),
+          cancellable_copy(mesh.cells),
+          cancellable_copy(mesh.nodes),
+          mesh.grid,
+          cancellable_copy(mesh.surface)};
+}
+
 }  // namespace
 
 Smoothed smooth(const TetMesh& mesh, const SmoothingOptions& options, Progress& progress) {
   check(options);
-  Smoothed result{mesh, 0.0, 0};
+  const CancelScope scope(progress);
+  Smoothed result{copy_of(mesh), 0.0, 0};
   if (options.iterations == 0 || options.mu == 0.0) return result;
 
   const BoundaryGraph graph = make_boundary_graph(mesh, options.edges);
@@ -51,7 +62,9 @@ Smoothed smooth(const TetMesh& mesh, const SmoothingOptions& options, Progress& 
   const VertexComponents components = vertex_components(mesh);
   progress.throw_if_cancelled();
   const std::vector<double> volumes = component_volumes(mesh, components);
+  progress.throw_if_cancelled();
   MoveLimiter limiter(mesh, graph, options.min_dihedral_deg);
+  progress.throw_if_cancelled();
   LocalVolume local_volume(mesh, graph);
   std::vector<Vec3> x(graph.vertices.size()), first(x.size()), second(x.size());
   for (int i = 0; i < options.iterations; ++i) {

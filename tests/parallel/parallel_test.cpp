@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/parallel/cancel_scope.h"
+#include "core/parallel/cancellable_range.h"
 #include "core/parallel/cancellable_sort.h"
 
 namespace isochor {
@@ -92,6 +93,39 @@ TEST_P(Parallel, EndsWhenTheScopeOfItsThreadIsCancelled) {
   visits = 0;
   count_until(100);  // and nobody else's
   EXPECT_EQ(visits.load(), 1000);
+}
+
+TEST(CancellableRange, HasTheSameElementsAndEndsWithItsScope) {
+  const std::vector<int> values(100000, 1);
+  std::int64_t seen = 0;
+  for (const int value : cancellable(values)) seen += value;
+  EXPECT_EQ(seen, 100000);
+  std::atomic<bool> cancel{false};
+  const Progress progress({}, &cancel);
+  const CancelScope scope(progress);
+  const auto stop_at_half = [&] {
+    seen = 0;
+    for (const int value : cancellable(values)) {
+      seen += value;
+      if (seen == 50000) cancel = true;
+    }
+  };
+  EXPECT_THROW(stop_at_half(), Error);
+  EXPECT_LT(seen, 60000);
+}
+
+TEST(CancellableRange, ResizesAndCopiesLikeAVector) {
+  std::vector<double> values;
+  cancellable_resize(values, std::size_t{3} << 20);
+  EXPECT_EQ(values, std::vector<double>(std::size_t{3} << 20));
+  std::iota(values.begin(), values.end(), 0.0);
+  EXPECT_EQ(cancellable_copy(values), values);
+  EXPECT_EQ(cancellable_copy(std::vector<int>()), std::vector<int>());
+  std::atomic<bool> cancel{true};
+  const Progress progress({}, &cancel);
+  const CancelScope scope(progress);
+  EXPECT_THROW(cancellable_copy(values), Error);
+  EXPECT_THROW(cancellable_resize(values, values.size() + 1), Error);
 }
 
 TEST(CancellableSort, SortsAndEndsWithItsScope) {

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 
+#include "core/parallel/cancel_scope.h"
 #include "core/parallel/parallel.h"
 #include "core/quality/quality.h"
 #include "core/smoothing/boundary_graph.h"
+#include "core/smoothing/limiter.h"
 #include "core/smoothing/rescale.h"
 #include "tests/support/lattices.h"
 
@@ -167,6 +170,19 @@ TEST(Smoothing, GivesTheSameBitsForAnyNumberOfThreads) {
   const TetMesh three = smoothed(mesh, 6, 0.4).mesh;
   set_thread_count(0);
   EXPECT_EQ(one.positions, three.positions);
+}
+
+TEST(Smoothing, EachOfItsPartsEndsWithTheScopeOfItsThread) {
+  const TetMesh mesh = make_box_lattice({20, 20, 20}, 0.1, Vec3::Zero());
+  const BoundaryGraph graph = make_boundary_graph(mesh, UmbrellaEdges::axis_aligned);
+  const VertexComponents components = vertex_components(mesh);
+  const std::atomic<bool> cancel{true};
+  const Progress progress({}, &cancel);
+  const CancelScope scope(progress);
+  EXPECT_THROW(make_boundary_graph(mesh, UmbrellaEdges::axis_aligned), Error);
+  EXPECT_THROW(vertex_components(mesh), Error);
+  EXPECT_THROW(component_volumes(mesh, components), Error);
+  EXPECT_THROW(MoveLimiter(mesh, graph, 5.0), Error);
 }
 
 TEST(Smoothing, RefusesParametersOutOfRange) {
