@@ -98,52 +98,66 @@ bool touches_kept(const Lattice& lattice, int i, int j, int k) {
   return false;
 }
 
-/// Volume in cells that the densities call for: each in full at a threshold of a half; others count the cells
-/// on the boundary for more or less, as keeping them does.
+/// What a density calls for: all of it at a threshold of a half; others count the cells on the boundary for
+/// more or less, as keeping them does.
+double wanted_density(double density, double threshold) {
+  return density > 0.0 && density < 1.0 ? std::clamp(density + 0.5 - threshold, 0.0, 1.0) : density;
+}
+
+/// Volume in cells that the densities call for.
 double wanted_volume(const Lattice& lattice, double threshold) {
   double volume = 0.0;
   for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
-    const double density = lattice.density[cell];
-    if (density <= 0.0 || (lattice.kept[cell] == 0 && !touches_kept(lattice, i, j, k))) return;
-    volume += density < 1.0 ? std::clamp(density + 0.5 - threshold, 0.0, 1.0) : 1.0;
+    if (lattice.density[cell] > 0.0F && (lattice.kept[cell] != 0 || touches_kept(lattice, i, j, k)))
+      volume += wanted_density(lattice.density[cell], threshold);
   });
   return volume;
 }
 
-/// How far scaling about a centre by 1 + ε moves the sides of the kept cells, in cells and divided by ε:
-/// outward, on average, and either way.
-struct Motion {
-  double outward = 0.0, any_way = 0.0;
+/// The sides of the kept cells, seen from a centre. In cells.
+struct Sides {
+  double outward = 0.0;          ///< distance along their axis, on average, signed by where they face
+  double any_way = 0.0;          ///< that without a sign
+  Vec3 farthest = Vec3::Zero();  ///< distance of those that face along an axis
+  Vec3 missing = Vec3::Zero();   ///< volume by which those along an axis should lie farther out
+  Vec3 share = Vec3::Zero();     ///< of them that face along an axis
 };
 
-Motion motion_about(const Vec3& centre, const Lattice& lattice) {
+Sides sides_about(const Vec3& centre, const Lattice& lattice, double threshold) {
   const Vec3i& size = lattice.grid.size;
-  Motion sum;
-  double sides = 0.0;
+  Sides sum;
   for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
     if (lattice.kept[cell] == 0) return;
     const Vec3i at(i, j, k);
+    const double here = wanted_density(lattice.density[cell], threshold);
     std::int64_t stride = 1;
     for (int axis = 0; axis < 3; stride *= size[axis++])
       for (const int side : {0, 1}) {
         const bool last = at[axis] == (side == 0 ? 0 : size[axis] - 1);
-        if (!last && lattice.kept[cell + (side == 0 ? -stride : stride)] != 0) continue;
+        const std::int64_t next = cell + (side == 0 ? -stride : stride);
+        if (!last && lattice.kept[next] != 0) continue;
         const double distance = at[axis] + side - centre[axis];
         sum.outward += side == 0 ? -distance : distance;
         sum.any_way += std::abs(distance);
-        sides += 1.0;
+        sum.farthest[axis] = std::max(sum.farthest[axis], std::abs(distance));
+        sum.missing[axis] += (last ? 0.0 : wanted_density(lattice.density[next], threshold)) - (1.0 - here);
+        sum.share[axis] += 1.0;
       }
   });
-  return {sum.outward / sides, sum.any_way / sides};
+  const double sides = sum.share.sum();
+  sum.outward /= sides, sum.any_way /= sides, sum.share /= sides;
+  return sum;
 }
 
 // A flat side is kept or dropped as a whole layer, so that a box is off by up to half a cell a side whatever
 // the resolution. Scaling all of the lattice about the centroid of its cells corrects the volume and keeps
-// every angle. Where few cells are full, parts are thinner than cells, and the volume is no matter of
-// rounding. The two sides of a wall move the same way, and a wide shell would leave its place for a little
-// volume: its sides move by half a cell at most.
-void fit_volume(double threshold, Lattice& lattice) {
-  constexpr double tolerance = 0.02, solid = 1.0 / 3.0, half_a_cell = 0.5;
+// every angle, but moves the ends of a rod by more than what its sides miss: none moves by more than half a
+// cell, and what then lacks is made up for along the axes whose sides miss it. Where few cells are full,
+// parts are thinner than cells, and the volume is no matter of rounding. The two sides of a wall move the
+// same way, and a wide shell would leave its place for a little volume: it is scaled by half a cell, and that
+// is all.
+void fit_volume(double threshold, double true_volume, Lattice& lattice) {
+  constexpr double tolerance = 0.02, solid = 1.0 / 3.0, half_a_cell = 0.5, rounding = 0.15;
   Vec3 sum = Vec3::Zero();
   std::int64_t full = 0;
   for_cells(lattice.grid, [&](std::int64_t cell, int i, int j, int k) {
@@ -154,14 +168,29 @@ void fit_volume(double threshold, Lattice& lattice) {
   const auto kept = static_cast<double>(lattice.kept_count);
   if (static_cast<double>(full) < solid * kept) return;
   const Vec3 centre = sum / kept;
-  const double wanted = wanted_volume(lattice, threshold);
-  const double volume = std::clamp(kept, (1.0 - tolerance) * wanted, (1.0 + tolerance) * wanted);
-  const Motion motion = motion_about(centre, lattice);
-  const bool is_shell = motion.outward < motion.any_way / 3.0;
-  const double most = is_shell ? half_a_cell / motion.any_way : 1.0;
-  lattice.scale = std::clamp(std::cbrt(volume / kept), 1.0 - most, 1.0 + most);
+  const double counted = wanted_volume(lattice, 0.5), off = true_volume / counted;
+  double wanted = wanted_volume(lattice, threshold);
+  const bool all_counted = std::abs(off - 1.0) < rounding;  // else parts are too thin for cells
+  if (all_counted) wanted *= off;
+  const double ratio = std::clamp(kept, (1.0 - tolerance) * wanted, (1.0 + tolerance) * wanted) / kept;
+  Sides sides = sides_about(centre, lattice, threshold);
+  if (all_counted) sides.missing += (true_volume - counted) * sides.share;
+  const bool is_shell = sides.outward < sides.any_way / 3.0;
+  const double even = std::cbrt(ratio),
+               most = half_a_cell / (is_shell ? sides.any_way : sides.farthest.maxCoeff());
+  lattice.scale = std::clamp(even, 1.0 - most, 1.0 + most);
+  lattice.centroid = lattice.grid.origin + lattice.grid.spacing * centre;
   lattice.grid.origin += (1.0 - lattice.scale) * lattice.grid.spacing * centre;
   lattice.grid.spacing *= lattice.scale;
+  if (is_shell || lattice.scale == even) return;
+  const Vec3 missing = (ratio > 1.0 ? sides.missing : -sides.missing).cwiseMax(0.0);
+  if (missing.sum() == 0.0) return;
+  const double rest = ratio / std::pow(lattice.scale, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double reach = half_a_cell / sides.farthest[axis];
+    lattice.stretch[axis] =
+        std::clamp(std::pow(rest, missing[axis] / missing.sum()), 1.0 - reach, 1.0 + reach);
+  }
 }
 
 }  // namespace
@@ -178,7 +207,7 @@ Grid lattice_grid(const Box& box, int cells, double margin) {
 }
 
 Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOptions& options,
-                     Progress& progress) {
+                     Progress& progress, double true_volume) {
   check(volume, box, options);
   progress.throw_if_cancelled();
   progress.report("lattice", 0.0);
@@ -213,7 +242,8 @@ Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOp
     lattice.kept_count += lattice.kept[c];
     lattice.filled_count += lattice.kept[c] != 0 && lattice.density[c] <= threshold;
   }
-  if (options.fit_volume && lattice.kept_count > 0) fit_volume(options.density, lattice);
+  if (options.fit_volume && lattice.kept_count > 0)
+    fit_volume(options.density, true_volume / std::pow(lattice.grid.spacing, 3), lattice);
   return lattice;
 }
 

@@ -16,7 +16,7 @@ struct LatticeOptions {
   bool fill_holes = true;
   bool largest_only = false;
   Contacts contacts = Contacts::keep;
-  bool fit_volume = true;  ///< scale the lattice so that its cells have the volume of the voxels
+  bool fit_volume = true;  ///< scale the lattice so that its tets have the volume of the voxels
   bool operator==(const LatticeOptions&) const = default;
 };
 
@@ -24,6 +24,8 @@ struct LatticeOptions {
 struct Lattice {
   Grid grid;                       ///< after fit_volume
   double scale = 1.0;              ///< by which fit_volume scaled it about the centroid of the kept cells
+  Vec3 centroid = Vec3::Zero();    ///< that
+  Vec3 stretch = Vec3::Ones();     ///< what make_tetrahedra stretches the axes by about it, beside the scale
   std::vector<float> density;      ///< m(V)/M(V) of every cell of the grid
   std::vector<std::uint8_t> kept;  ///< 1 where the cell becomes five tetrahedra
   std::int64_t kept_count = 0;
@@ -37,8 +39,9 @@ struct Lattice {
 /// onto itself only when every axis has an even number of cells.
 Grid lattice_grid(const Box& box, int cells, double margin);
 
-/// box: that of the soup. Throws invalid_argument when cells > voxels/2.
+/// box: that of the soup. true_volume: of what the voxels sample, whose flat sides are off by up to half a
+/// voxel; 0 where it is not known, and theirs counts. Throws invalid_argument when cells > voxels/2.
 Lattice make_lattice(const PseudoVolume& volume, const Box& box, const LatticeOptions& options,
-                     Progress& progress);
+                     Progress& progress, double true_volume = 0.0);
 
 }  // namespace isochor

@@ -169,9 +169,9 @@ std::vector<Parameter> make_table() {
       contacts, [](auto& o) -> auto& { return o.lattice.contacts; }));
   rows.push_back(always<bool>(
       {"fit_volume", "Fit the volume", "", "lattice",
-       "Scales the lattice of a solid so that its volume is within 2 % of the voxels'; off leaves whole "
-       "cells as "
-       "they fall.",
+       "Scales the lattice of a solid so that its volume is within 2 % of the input's, or of the voxels' "
+       "where "
+       "that is open; off leaves whole cells as they fall.",
        Type::boolean},
       [](auto& o) -> auto& { return o.lattice.fit_volume; }));
   rows.push_back(always<Integer>(

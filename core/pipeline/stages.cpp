@@ -40,8 +40,12 @@ std::optional<Boundary> boundary_of(const std::shared_ptr<const TriangleSoup>& s
 /// Sampled volumes are off where a plate lies between the columns; the signed one is exact, but counts
 /// overlaps and shells within shells twice. By the same columns, parity leaves out what winding has there.
 EnclosedVolume enclosed_volume(const Boundary& boundary, const MeshReport& input, double by_parity) {
-  if (boundary.rule == Enclosing::parity) return {by_parity, false};
   constexpr double same = 0.02;
+  if (boundary.rule == Enclosing::parity) {
+    const auto alike = facing_alike(*boundary.soup);
+    const double exact = alike ? std::abs(signed_volume(*alike)) : by_parity;
+    return {std::abs(exact - by_parity) < same * by_parity ? exact : by_parity, false};
+  }
   const double by_winding = wound_volume(*boundary.soup), exact = std::abs(signed_volume(*boundary.soup));
   const bool crosses = has(input, "self_intersections") || !input.closed;
   const bool shells = !crosses && by_parity < (1.0 - same) * by_winding;
@@ -98,6 +102,13 @@ void PipelineStages::measure(Model& model, Progress& progress) {
   model.quality_ms = quality_ms_;
 }
 
+/// That of what the input encloses, where the voxels sample little more than that; else 0.
+double PipelineStages::true_volume(const PseudoVolume& volume) const {
+  constexpr double same = 0.02;
+  const auto more = static_cast<double>(std::abs(volume.inside_count - enclosed_count_));
+  return more <= same * static_cast<double>(enclosed_count_) ? enclosed_volume_.volume : 0.0;
+}
+
 std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& options, Progress& progress) {
   auto model = std::make_shared<Model>();
   model->options = options;
@@ -111,12 +122,13 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
   model->field = update("distance_field", 0, field_, field, [&] {
     const auto fine = fine_.lock();
     DistanceField made = fine ? thinned(*fine, stride_) : make_distance_field(*soup_, field, progress);
-    enclosed_.reset(), enclosed_volume_ = {};
+    enclosed_.reset(), enclosed_volume_ = {}, enclosed_count_ = 0;
     if (const auto boundary = boundary_of(soup_, *input_)) {
       progress.throw_if_cancelled();
       enclosed_volume_ = enclosed_volume(*boundary, *input_, size().volume);
       if (enclosed_volume_.volume > 0.0)
         enclosed_ = enclosed_voxels(*boundary->soup, made, boundary->rule, progress);
+      if (enclosed_) enclosed_count_ = enclosed_->count();
     }
     return made;
   });
@@ -126,7 +138,8 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
                               enclosed_ ? &*enclosed_ : nullptr);
   });
   model->lattice = update("lattice", pseudo_volume_.serial, lattice_, options.lattice, [&] {
-    return make_lattice(*pseudo_volume_.result, size().box, options.lattice, progress);
+    const PseudoVolume& volume = *pseudo_volume_.result;
+    return make_lattice(volume, size().box, options.lattice, progress, true_volume(volume));
   });
   model->stages = reports_;
   return model;

@@ -43,6 +43,7 @@ class PipelineStages {
   std::shared_ptr<const Noun> update(std::string_view name, std::int64_t source, Stage<Noun, Options>& stage,
                                      const Options& options, Make&& make);
   void measure(Model& model, Progress& progress);
+  double true_volume(const PseudoVolume& volume) const;
 
   struct Nothing {
     bool operator==(const Nothing&) const = default;
@@ -56,6 +57,7 @@ class PipelineStages {
   Stage<DistanceField, DistanceFieldOptions> field_;
   std::optional<BitVolume> enclosed_;  ///< made with the field; of soups that have an inside
   EnclosedVolume enclosed_volume_;     ///< likewise
+  std::int64_t enclosed_count_ = 0;    ///< voxels
   Stage<PseudoVolume, PseudoVolumeOptions> pseudo_volume_;
   Stage<Lattice, LatticeOptions> lattice_;
   Stage<TetMesh, Nothing> unsmoothed_;

@@ -1,4 +1,5 @@
 #pragma once
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +21,13 @@ struct BitVolume {
   std::int64_t rows() const { return std::int64_t{size.y()} * size.z(); }
   std::uint64_t* row(int j, int k) { return bits.data() + words * row_index(j, k); }
   const std::uint64_t* row(int j, int k) const { return bits.data() + words * row_index(j, k); }
+
+  /// Of all bits; those past the ends of rows have to be zero.
+  std::int64_t count() const {
+    std::int64_t sum = 0;
+    for (const std::uint64_t word : bits) sum += std::popcount(word);
+    return sum;
+  }
 
   /// The bits of word w that lie within the row.
   std::uint64_t valid(int w) const {

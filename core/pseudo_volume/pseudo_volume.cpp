@@ -104,7 +104,7 @@ void unpack(const Votes& votes, const BitVolume& inside, const FieldWindow& wind
       unpack_row(inside, j, k, volume.inside.data() + first);
     }
   });
-  for (const std::uint64_t word : inside.bits) volume.inside_count += std::popcount(word);
+  volume.inside_count = inside.count();
 }
 
 }  // namespace

@@ -137,7 +137,10 @@ TetMesh make_tetrahedra(const Lattice& lattice, const Progress& progress) {
                 "lower the density threshold or raise p_in_voxels");
   const CancelScope scope(progress);
   progress.report("tetrahedra", 0.0);
-  return assemble(lattice.grid, lattice.kept, lattice.contacts == Contacts::separate);
+  TetMesh mesh = assemble(lattice.grid, lattice.kept, lattice.contacts == Contacts::separate);
+  if (lattice.stretch != Vec3::Ones())
+    for (Vec3& p : mesh.positions) p = lattice.centroid + lattice.stretch.cwiseProduct(p - lattice.centroid);
+  return mesh;
 }
 
 TetMesh make_box_lattice(const Vec3i& cells, double cell_size, const Vec3& origin) {

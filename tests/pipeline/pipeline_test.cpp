@@ -43,6 +43,23 @@ TEST(Pipeline, MakesAModelOfASphere) {
   EXPECT_LT(model->quality.input_to_boundary, diagonal);
 }
 
+// Whose sides fall between cells, and whose ends lie far from their middle.
+TEST(Pipeline, RodsAndPlatesHaveTheirVolumeAndStayWhereTheyAre) {
+  for (const Vec3& size :
+       {Vec3(24, 2.9, 2.9), Vec3(10, 1, 1), Vec3(24, 24, 2.9), Vec3(20, 5, 3), Vec3(8, 3, 1)})
+    for (const int cells : {24, 48}) {
+      AuthoringPipeline pipeline(shared(test::box(Vec3::Zero(), size)));
+      MeshingOptions options;
+      options.lattice.cells = cells;
+      Progress progress;
+      const auto model = pipeline.run(options, progress);
+      EXPECT_NEAR(model->quality.volume / size.prod(), 1.0, 0.021) << size.transpose() << ", " << cells;
+      EXPECT_LT(model->quality.boundary_to_input, 0.5 * std::sqrt(3.0) * model->mesh().grid.spacing);
+      EXPECT_GE(model->quality.min_dihedral_deg, 40.0);
+      EXPECT_TRUE(model->warnings.empty()) << model->warnings.front();
+    }
+}
+
 TEST(Pipeline, RecomputesFromTheFirstStageThatChanged) {
   AuthoringPipeline pipeline(shared(test::sphere(0.5)));
   MeshingOptions options = small();
