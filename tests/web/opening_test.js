@@ -73,6 +73,27 @@ test('a mesh that takes long to be read says so and can be cancelled, and the la
   await page.context().close();
 });
 
+test('until another mesh is known, the last one stands with its own settings', async () => {
+  const page = await suite.open();
+  const settings = () => page.evaluate(() => [document.querySelector('.mesh-name').textContent,
+    document.querySelector('[data-path="params.p_in_voxels"] input[type=number]').value, document.querySelector('[aria-label="Show the surface as"]').value]);
+  const of_tree = await settings();
+  let go_on;
+  const held = new Promise(resolve => go_on = resolve);
+  await page.route('**/meshes?name=cube.obj', async route => (await held, route.continue()));
+  await choose(page, 'cube.obj', cube);
+  await page.locator('.progress-card', {hasText: 'Opening cube.obj'}).waitFor();
+  assert.deepEqual(await settings(), of_tree);
+  go_on();
+  await page.locator('header').getByText('cube').waitFor();
+  const [name, p_in, look] = await settings();
+  assert.ok(name === 'cube' && p_in !== of_tree[1] && look !== of_tree[2], [name, p_in, look].join());
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(settings, now => String(now) === String(of_tree), 'the tree and its settings');
+  no_complaints(page);
+  await page.context().close();
+});
+
 /// A ball of triangles about (at, at, at), in steps that doubles have at any such distance.
 function ball(at, rows = 24) {
   const round = x => at + Math.round(256 * x) / 256, corner = (i, j) => 1 + i * rows + j % rows;

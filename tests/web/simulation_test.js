@@ -47,6 +47,29 @@ test('play, pause, step, restart and scrub', async () => {
   await page.context().close();
 });
 
+test('a run that has paused says so, though the answer to the request comes late', async () => {
+  const page = await suite.open(small);
+  await play(page);
+  await played_to(page, 0.1);
+  let go_on;
+  const told = new Promise(resolve => go_on = resolve);
+  await page.route('**/simulations/*', async route => {
+    const response = await route.fetch();
+    await told;
+    await page.waitForTimeout(1000);  // longer than a pause goes unnoticed
+    await route.fulfill({response});
+  });
+  const answered = page.waitForResponse(response => response.request().method() === 'PATCH');
+  await pause(page);
+  await paused(page);
+  go_on();
+  await (await answered).finished();
+  await paused(page);
+  assert.equal(await status(page).textContent(), 'Paused');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('scrubbed while it plays, a run pauses and shows what was asked for, whatever frames still come', async () => {
   const page = await suite.open(small);
   const scrub = page.getByRole('slider', {name: 'Frame'});

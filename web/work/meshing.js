@@ -45,8 +45,9 @@ export class Meshing extends EventTarget {
     return sample ? this.sample === sample : Boolean(id) && this.mesh?.id === id;
   }
 
-  /// The sample, the file of a person, or the known mesh; given up when another is opened meanwhile.
-  async open({sample = null, id, file}) {
+  /// The sample, the file of a person, or the known mesh; given up when another is opened meanwhile. take() runs once it
+  /// is known, before anything is asked of it.
+  async open({sample = null, id, file}, take = () => {}) {
     const turn = this.turn = Symbol('open');
     const give_way = () => {
       if (this.turn !== turn) throw new DOMException('Another mesh is opened', 'AbortError');
@@ -63,6 +64,7 @@ export class Meshing extends EventTarget {
       this.tell('progress');
     });
     give_way();
+    take();
     Object.assign(this, {mesh, sample, origin: origin_of(mesh.report.bounds), made_with: null});
     this.model = this.cells = this.voxels = null;
     const geometry = load(this.client, ...geometry_of(mesh, this.origin));

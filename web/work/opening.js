@@ -13,8 +13,8 @@ export const opening = app => {
     app.tell('scene');
   };
 
-  const open = source => app.run(async () => {
-    await meshing.open(source);
+  const open = (source, take) => app.run(async () => {
+    await meshing.open(source, take);
     app.tell('solved');
     return true;
   });
@@ -25,6 +25,8 @@ export const opening = app => {
     if (!store.get('scene') || app.refit) adopt_scene();
     else app.fit_scene();
     app.refit = false;
+    if (app.taken) store.remember(app.taken.before, app.taken.label);
+    app.taken = null;
   });
   store.on(['template', 'mesh.up', 'mesh.fit', 'mesh.unit'], (_live, replayed) => {
     if (!meshing.mesh || app.restoring || !meshing.shows(store.get('mesh'))) return;
@@ -75,31 +77,28 @@ export const opening = app => {
 /// What belongs to a mesh, and changes with it.
 const of_a_mesh = ['mesh', 'params', 'template', 'scene', 'view.camera', 'view.surface_look', 'view.select'];
 
+/// Until the new mesh is known, the last one stands there with all that belongs to it.
 async function replace_mesh(app, mesh, params, source) {
   const {store, meshing} = app;
-  const first = !meshing.mesh, turn = app.turn = Symbol(mesh.name);
-  const before = app.before_opening ??= Object.fromEntries(of_a_mesh.map(path => [path, copy(store.get(path))]));
-  const adopt = changes => {
-    app.restoring = meshing.opening = true;
-    store.adopt(changes);
+  const turn = app.turn = Symbol(mesh.name);
+  let taken = false;
+  const take = () => {
+    taken = true;
+    store.commit();
+    const before = Object.fromEntries(of_a_mesh.map(path => [path, copy(store.get(path))]));
+    app.taken = meshing.mesh && {before, label: `open ${mesh.name}`};
+    const {sim, ...model} = store.get('view.layers');
+    const template = store.get('template') === own_scene ? default_state.template : store.get('template');
+    app.restoring = meshing.opening = app.refit = true;
+    if (!Object.values(model).some(Boolean)) store.adopt({'view.layers': default_state.view.layers});
+    store.adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, template,
+      mesh: {...default_state.mesh, ...mesh}, params});
     app.restoring = meshing.opening = false;
   };
-  const {sim, ...model} = store.get('view.layers');
-  if (!Object.values(model).some(Boolean)) store.adopt({'view.layers': default_state.view.layers});
-  const template = store.get('template') === own_scene ? default_state.template : store.get('template');
-  adopt({'view.camera': null, 'view.surface_look': mesh.sample === 'tree' ? 'solid' : 'glass', 'view.select': null, template,
-    mesh: {...default_state.mesh, ...mesh}, params});
-  app.refit = true;
-  const opened = await app.open(source);
-  if (app.turn !== turn) return;  // another is on its way
-  app.before_opening = null;
-  if (opened) {
-    if (!first) store.remember(before, `open ${mesh.name}`);
-  } else if (app.refit) {
-    adopt(before);
-    app.refit = false;
-    if (Object.values(meshing.stages).some(({state}) => state === 'running')) meshing.request(false);  // cut off by the opening
-  }
+  await app.open(source, take);
+  if (app.turn !== turn || taken) return;  // another is on its way
+  const cut_off = Object.values(meshing.stages).some(({state}) => state === 'running');
+  if (cut_off || meshing.made_with && !same(store.get('params'), meshing.made_with)) meshing.request(false);
 }
 
 /// A params file of the command line, or a scene.

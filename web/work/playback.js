@@ -29,7 +29,8 @@ export class Playback {
   async pause() {
     this.stop_replay();
     if (this.simulation.state !== 'playing') return;
-    const late = setTimeout(() => this.simulation.tell('pausing'), 300);
+    // Its stream may have told that it has paused, before the answer comes.
+    const late = setTimeout(() => this.simulation.state === 'playing' && this.simulation.tell('pausing'), 300);
     await this.simulation.patch({state: 'paused'}).finally(() => clearTimeout(late));
   }
 
