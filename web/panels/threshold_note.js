@@ -14,7 +14,7 @@ export function threshold_note({store, meshing}) {
       h('dt', {}, 'P_in'), h('dd', {}, `P ${number(t.p_in, 4)} · ${number(t.d_in)} units`),
       h('dt', {}, 'P_subs'), h('dd', {}, `P ${number(t.p_subs, 4)} · ${number(t.d_subs)} units`)] : []);
   };
-  meshing.addEventListener('model', show);
+  for (const name of ['mesh', 'model']) meshing.addEventListener(name, show);
   store.on('params', show);
   show();
   return h('div', {class: 'note'}, table, change);
