@@ -189,6 +189,7 @@ test('a mesh that leaves nothing is answered with a fix of one click', async () 
   assert.match(await page.getByRole('region', {name: 'Lattice'}).locator('summary').textContent(), /failed$/);
   await page.locator('.inspector').getByText('No model yet.').waitFor();
   assert.equal(await page.locator('dt', {hasText: /^P_(in|subs)$/}).count(), 0, 'thresholds of the mesh before');
+  await page.locator('.transport .time').filter({hasText: 'no model yet'}).waitFor();
   await card.locator('button.primary').first().click();
   await tets_ready(page);
   await card.waitFor({state: 'detached'});

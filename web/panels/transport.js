@@ -7,7 +7,7 @@ const speeds = [0.1, 0.25, 0.5, 1, 2, 4];
 
 /// Play, pause, step, restart, record, speed and the scrub bar.
 export function transport(app) {
-  const {simulation, playback, store} = app;
+  const {simulation, playback, store, meshing} = app;
   const play = button('', () => app.toggle_play(), {name: 'play', label: 'Play (Space)', class: 'primary play'});
   const back = button('', () => app.step(-1), {name: 'back', label: 'Step back (,)'});
   const forward = button('', () => app.step(1), {name: 'forward', label: 'Step (.)'});
@@ -30,7 +30,7 @@ export function transport(app) {
     scrub.style.setProperty('--fill', `${100 * (scrub.value - scrub.min) / Math.max(1, scrub.max - scrub.min)}%`);
     scrub.setAttribute('aria-valuetext', shown ? `frame ${shown.seq}, ${shown.t.toFixed(2)} seconds` : 'no frame yet');
     time.textContent = shown ? `${shown.t.toFixed(2)} s · step ${shown.seq} · ${milliseconds(shown.metrics?.step_ms)}`
-      : playback.starting || simulation.state === 'preparing' ? 'compiling…' : 'ready to play';
+      : playback.starting || simulation.state === 'preparing' ? 'compiling…' : meshing.model ? 'ready to play' : 'no model yet';
   });
   const show_state = () => {
     const playing = playback.playing || playback.starting;
@@ -45,6 +45,8 @@ export function transport(app) {
   };
   for (const name of ['frame', 'frames', 'bodies']) simulation.addEventListener(name, show_place);
   simulation.addEventListener('state', () => (show_state(), show_place()));
+  meshing.addEventListener('mesh', show_place);
+  meshing.addEventListener('model', () => meshing.preview || show_place());
   show_state();
   show_place();
   return h('section', {class: 'transport', 'aria-label': 'Transport'}, restart, back, play, forward, record, leave, speed, scrub, time);
