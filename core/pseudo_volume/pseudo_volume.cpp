@@ -64,6 +64,46 @@ void add_enclosed(const BitVolume& enclosed, int margin, BitVolume& inside) {
         inside.row(j, k)[w] |= bits_from(enclosed, 64 * w + margin, j + margin, k + margin) & inside.valid(w);
 }
 
+/// Of `rest`, takes what hangs together with `from` by faces, voxel by voxel, over into it.
+void grow(BitVolume& from, BitVolume& rest) {
+  const auto word = [&](int w, int j, int k) {
+    const Vec3i& size = from.size;
+    return j < 0 || k < 0 || w < 0 || j >= size.y() || k >= size.z() || w >= from.words ? 0
+                                                                                        : from.row(j, k)[w];
+  };
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (int k = 0; k < rest.size.z(); ++k)
+      for (int j = 0; j < rest.size.y(); ++j)
+        for (int w = 0; w < rest.words; ++w) {
+          std::uint64_t& left = rest.row(j, k)[w];
+          if (left == 0) continue;
+          const std::uint64_t here = from.row(j, k)[w],
+                              met = left & (here << 1 | here >> 1 | word(w - 1, j, k) >> 63 |
+                                            word(w + 1, j, k) << 63 | word(w, j - 1, k) | word(w, j + 1, k) |
+                                            word(w, j, k - 1) | word(w, j, k + 1));
+          from.row(j, k)[w] |= met, left &= ~met;
+          grown = grown || met != 0;
+        }
+  }
+}
+
+/// Rays that graze edges gather in mid-air, too: what lies neither in what is enclosed nor near the surface,
+/// nor hangs together with that, as a pocket does with its walls, goes.
+void drop_loose(const BitVolume& enclosed, int margin, const BitVolume& near, BitVolume& inside) {
+  BitVolume held(inside.size), loose(inside.size);
+  add_enclosed(enclosed, margin, held);
+  std::uint64_t any = 0;
+  for (std::size_t at = 0; at < inside.bits.size(); ++at) {
+    held.bits[at] |= inside.bits[at] & near.bits[at];
+    loose.bits[at] = inside.bits[at] & ~held.bits[at];
+    any |= loose.bits[at];
+  }
+  if (any == 0) return;
+  grow(held, loose);
+  for (std::size_t at = 0; at < inside.bits.size(); ++at) inside.bits[at] &= ~loose.bits[at];
+}
+
 void keep_common(BitVolume& volume, const BitVolume& other) {
   for (std::size_t at = 0; at < volume.bits.size(); ++at) volume.bits[at] &= other.bits[at];
 }
@@ -143,7 +183,10 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   const bool encloses = enclosed != nullptr && options.enclosed;
   const Majority majority(options, encloses ? beyond_enclosed : 0.5);
   BitVolume inside = voted_inside(votes, masks.near, majority);
-  if (encloses) add_enclosed(*enclosed, window.margin, inside);
+  if (encloses) {
+    drop_loose(*enclosed, window.margin, masks.near, inside);
+    add_enclosed(*enclosed, window.margin, inside);
+  }
   if (options.crossing == Crossing::automatic) {
     BitVolume sheets = voted_inside(threshold_votes, masks.near, Majority(options));
     if (encloses) keep_common(sheets, masks.near);

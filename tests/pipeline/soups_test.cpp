@@ -217,6 +217,25 @@ TEST(Soups, RaysThatGrazeSmallPartsFillNothing) {
 }
 
 // What a closed input does not enclose needs two thirds of the votes anyhow.
+// A Menger sponge: where its tunnels cross, more rays have grazed an edge than have not.
+TEST(Soups, RaysFillNothingInMidAir) {
+  const auto is_bored = [](const Vec3i& at) { return (at.array() == 1).count() >= 2; };
+  TriangleSoup sponge;
+  for (int n = 0; n < 729; ++n) {
+    const Vec3i at(n % 9, n / 9 % 9, n / 81);
+    const Vec3i coarse = at / 3, fine = at - 3 * coarse;
+    if (is_bored(coarse) || is_bored(fine)) continue;
+    test::append(sponge, test::box(at.cast<double>(), (at + Vec3i::Ones()).cast<double>()));
+  }
+  ASSERT_EQ(sponge.triangles.size(), 400U * 12U);
+  MeshingOptions options;
+  options.lattice.cells = 64;
+  Progress progress;
+  const auto model = AuthoringPipeline(shared(sponge)).run(options, progress);
+  EXPECT_LT(model->quality.boundary_to_input, std::sqrt(3.0) * model->mesh().grid.spacing);
+  EXPECT_NEAR(model->quality.volume, 400.0, 8.1);
+}
+
 TEST(Soups, OnlyWhereVotesDecideMoreOfThemAreAdvised) {
   MeshingOptions options = small();
   options.lattice.cells = 24;
