@@ -19,8 +19,8 @@ namespace {
 constexpr std::uint64_t listener_id = 1;
 /// For connections that are ready, and for answers, before others are looked for.
 constexpr auto handling_time = std::chrono::milliseconds(2);
-/// A turn.
-constexpr int most_accepted = 2048;
+/// For those that come, likewise.
+constexpr auto accepting_time = std::chrono::milliseconds(4);
 
 }  // namespace
 
@@ -91,28 +91,27 @@ void Front::handle_ready(std::span<epoll_event> ready, Clock::time_point now) {
   std::sort(ready.begin(), ready.end(), [this](const epoll_event& a, const epoll_event& b) {
     return newest_first_ ? a.data.u64 > b.data.u64 : a.data.u64 < b.data.u64;
   });
-  handled_ = 0;
   const auto end = Clock::now() + handling_time;
   for (const epoll_event& event : ready) {
     if (ConnectionSet::Entry* entry = connections_.find(event.data.u64)) handle(*entry, event.events, now);
-    ++handled_;
     if (Clock::now() > end) return;
   }
 }
 
-/// Ahead of reading while half of the room is free; then no faster than they are read, lest one that has
-/// asked is taken for a slow one. The listener's own event counts as handled, so that one is let in when no
-/// other is ready.
+/// Most have sent their request already. It is read at once, so that none who has asked is taken for a slow
+/// one, and who comes later waits for no more than their reading.
 void Front::accept_some(Clock::time_point now) try {
-  const bool crowded = connections_.entries().size() >= limits_.connections / 2;
-  for (int left = crowded ? handled_ : most_accepted; left > 0; --left) {
+  const auto end = Clock::now() + accepting_time;
+  do {
     const int socket = accept4(listener_.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (socket < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM))
       make_room();
     if (socket < 0) return;
     if (connections_.entries().size() >= limits_.connections) make_room();
-    connections_.add(std::make_unique<Connection>(Socket(socket), next_id_++, limits_.connection, now));
-  }
+    handle(
+        connections_.add(std::make_unique<Connection>(Socket(socket), next_id_++, limits_.connection, now)),
+        EPOLLIN, now);
+  } while (Clock::now() < end);
 } catch (const std::bad_alloc&) {
   // No memory for one more: it waits, or its peer goes away.
 }

@@ -77,7 +77,6 @@ class Front {
   std::atomic<bool> stop_{false};
   std::uint64_t next_id_ = 2;  ///< 0 and 1 stand for the waker and the listener
   bool newest_first_ = false;
-  int handled_ = 0;  ///< in the last turn
   ConnectionSet connections_;
   std::size_t buffered_ = 0;  ///< at most so many since the last sweep
   StreamWriter streams_;
