@@ -151,11 +151,10 @@ Sides sides_about(const Vec3& centre, const Lattice& lattice, double threshold) 
 
 // A flat side is kept or dropped as a whole layer, so that a box is off by up to half a cell a side whatever
 // the resolution. Scaling all of the lattice about the centroid of its cells corrects the volume and keeps
-// every angle, but moves the ends of a rod by more than what its sides miss: none moves by more than half a
-// cell, and what then lacks is made up for along the axes whose sides miss it. Where few cells are full,
-// parts are thinner than cells, and the volume is no matter of rounding. The two sides of a wall move the
-// same way, and a wide shell would leave its place for a little volume: it is scaled by half a cell, and that
-// is all.
+// every angle, but moves the ends of a rod by more than what its sides miss. So none moves by more than half
+// a cell, and what then lacks is made up for along the axes whose sides miss it, by as much again. Where few
+// cells are full, parts are thinner than cells, and the volume is no matter of rounding. The two sides of a
+// wall move the same way, and a shell would leave its place for a little volume: it is not stretched.
 void fit_volume(double threshold, double true_volume, Lattice& lattice) {
   constexpr double tolerance = 0.02, solid = 1.0 / 3.0, half_a_cell = 0.5, rounding = 0.15;
   Vec3 sum = Vec3::Zero();
@@ -175,13 +174,12 @@ void fit_volume(double threshold, double true_volume, Lattice& lattice) {
   const double ratio = std::clamp(kept, (1.0 - tolerance) * wanted, (1.0 + tolerance) * wanted) / kept;
   Sides sides = sides_about(centre, lattice, threshold);
   if (all_counted) sides.missing += (true_volume - counted) * sides.share;
-  const bool is_shell = sides.outward < sides.any_way / 3.0;
-  const double even = std::cbrt(ratio),
-               most = half_a_cell / (is_shell ? sides.any_way : sides.farthest.maxCoeff());
+  const double even = std::cbrt(ratio), most = half_a_cell / sides.farthest.maxCoeff();
   lattice.scale = std::clamp(even, 1.0 - most, 1.0 + most);
   lattice.centroid = lattice.grid.origin + lattice.grid.spacing * centre;
   lattice.grid.origin += (1.0 - lattice.scale) * lattice.grid.spacing * centre;
   lattice.grid.spacing *= lattice.scale;
+  const bool is_shell = sides.outward < sides.any_way / 3.0;
   if (is_shell || lattice.scale == even) return;
   const Vec3 missing = (ratio > 1.0 ? sides.missing : -sides.missing).cwiseMax(0.0);
   if (missing.sum() == 0.0) return;

@@ -42,10 +42,8 @@ ISOCHOR_MULTIVERSION void eight_excesses(const double (*e)[lanes], double square
 
 }  // namespace
 
-MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double min_dihedral_deg)
-    : graph_(graph),
-      squared_cosine_(std::pow(cosine_of_floor(min_dihedral_deg), 2)),
-      scale_(1.0 / mesh.grid.spacing) {
+MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph)
+    : graph_(graph), scale_(1.0 / mesh.grid.spacing) {
   for (const Tet& tet : cancellable(mesh.tets))
     if (std::ranges::any_of(tet, [&](std::int32_t v) { return graph.index[v] >= 0; })) tets_.push_back(tet);
   const std::size_t n = graph.vertices.size();
@@ -66,7 +64,9 @@ MoveLimiter::MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double
   for_corners([&](std::int32_t b, std::int32_t t) { tets_of_[next[b]++] = t; });
 }
 
-void MoveLimiter::apply(std::span<const Vec3> moves, std::vector<Vec3>& positions, const Progress& progress) {
+void MoveLimiter::apply(std::span<const Vec3> moves, double min_dihedral_deg, std::vector<Vec3>& positions,
+                        const Progress& progress) {
+  squared_cosine_ = std::pow(cosine_of_floor(min_dihedral_deg), 2);
   std::vector<Vec3> start(moves.size());
   for (std::size_t b = 0; b < start.size(); ++b) start[b] = positions[graph_.vertices[b]];
   // A vertex at the floor is likely to stay there: from the whole move it would need every halving anew.

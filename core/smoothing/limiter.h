@@ -14,10 +14,11 @@ namespace isochor {
 /// as it was. A vertex begins with twice the share of its last move.
 class MoveLimiter {
  public:
-  MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph, double min_dihedral_deg);
+  MoveLimiter(const TetMesh& mesh, const BoundaryGraph& graph);
 
   /// positions[vertices[b]] += the part of moves[b] that the floor allows.
-  void apply(std::span<const Vec3> moves, std::vector<Vec3>& positions, const Progress& progress);
+  void apply(std::span<const Vec3> moves, double min_dihedral_deg, std::vector<Vec3>& positions,
+             const Progress& progress);
 
   /// Vertices whose move was ever shortened.
   std::int64_t limited_vertices() const;
@@ -33,7 +34,7 @@ class MoveLimiter {
   const BoundaryGraph& graph_;
   std::vector<Tet> tets_;                      ///< those with a boundary vertex
   std::vector<std::int32_t> first_, tets_of_;  ///< see tets_of()
-  double squared_cosine_, scale_;
+  double scale_, squared_cosine_ = 0.0;
   std::vector<double> share_;                ///< of the last move, a boundary vertex
   std::vector<std::uint8_t> limited_;        ///< a boundary vertex
   std::vector<std::int32_t> changed_;        ///< boundary vertices that this round moves
