@@ -65,13 +65,14 @@ void add_enclosed(const BitVolume& enclosed, int margin, BitVolume& inside) {
 }
 
 /// Of `rest`, takes what hangs together with `from` by faces, voxel by voxel, over into it.
-void grow(BitVolume& from, BitVolume& rest) {
+void grow(BitVolume& from, BitVolume& rest, const Progress& progress) {
   const auto word = [&](int w, int j, int k) {
     const Vec3i& size = from.size;
     return j < 0 || k < 0 || w < 0 || j >= size.y() || k >= size.z() || w >= from.words ? 0
                                                                                         : from.row(j, k)[w];
   };
   for (bool grown = true; grown;) {
+    progress.throw_if_cancelled();
     grown = false;
     for (int k = 0; k < rest.size.z(); ++k)
       for (int j = 0; j < rest.size.y(); ++j)
@@ -90,7 +91,8 @@ void grow(BitVolume& from, BitVolume& rest) {
 
 /// Rays that graze edges gather in mid-air, too: what lies neither in what is enclosed nor near the surface,
 /// nor hangs together with that, as a pocket does with its walls, goes.
-void drop_loose(const BitVolume& enclosed, int margin, const BitVolume& near, BitVolume& inside) {
+void drop_loose(const BitVolume& enclosed, int margin, const BitVolume& near, BitVolume& inside,
+                const Progress& progress) {
   BitVolume held(inside.size), loose(inside.size);
   add_enclosed(enclosed, margin, held);
   std::uint64_t any = 0;
@@ -100,7 +102,7 @@ void drop_loose(const BitVolume& enclosed, int margin, const BitVolume& near, Bi
     any |= loose.bits[at];
   }
   if (any == 0) return;
-  grow(held, loose);
+  grow(held, loose, progress);
   for (std::size_t at = 0; at < inside.bits.size(); ++at) inside.bits[at] &= ~loose.bits[at];
 }
 
@@ -184,7 +186,7 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   const Majority majority(options, encloses ? beyond_enclosed : 0.5);
   BitVolume inside = voted_inside(votes, masks.near, majority);
   if (encloses) {
-    drop_loose(*enclosed, window.margin, masks.near, inside);
+    drop_loose(*enclosed, window.margin, masks.near, inside, progress);
     add_enclosed(*enclosed, window.margin, inside);
   }
   if (options.crossing == Crossing::automatic) {
