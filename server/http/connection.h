@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/uio.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -100,7 +101,7 @@ class Connection {
 
   template <class T>
   static std::size_t share(const std::shared_ptr<T>& bytes) {
-    return bytes ? bytes->size() / static_cast<std::size_t>(bytes.use_count()) : 0;
+    return bytes ? bytes->size() / static_cast<std::size_t>(std::max(1L, bytes.use_count())) : 0;
   }
 
   bool has_output() const { return output_.sent < output_.size(); }
