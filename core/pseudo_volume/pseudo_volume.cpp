@@ -89,21 +89,18 @@ void grow(BitVolume& from, BitVolume& rest, const Progress& progress) {
   }
 }
 
-/// Rays that graze edges gather in mid-air, too: what lies neither in what is enclosed nor near the surface,
-/// nor hangs together with that, as a pocket does with its walls, goes.
-void drop_loose(const BitVolume& enclosed, int margin, const BitVolume& near, BitVolume& inside,
-                const Progress& progress) {
-  BitVolume held(inside.size), loose(inside.size);
-  add_enclosed(enclosed, margin, held);
-  std::uint64_t any = 0;
-  for (std::size_t at = 0; at < inside.bits.size(); ++at) {
-    held.bits[at] |= inside.bits[at] & near.bits[at];
-    loose.bits[at] = inside.bits[at] & ~held.bits[at];
-    any |= loose.bits[at];
+/// What is enclosed, and of what is voted inside all that lies near the surface or hangs together with
+/// either, as a pocket does with its walls: rays that graze edges gather in mid-air, too.
+BitVolume enclosed_and_voted(const BitVolume& enclosed, int margin, const BitVolume& near,
+                             const BitVolume& voted, const Progress& progress) {
+  BitVolume inside(voted.size), rest(voted.size);
+  add_enclosed(enclosed, margin, inside);
+  for (std::size_t at = 0; at < voted.bits.size(); ++at) {
+    inside.bits[at] |= voted.bits[at] & near.bits[at];
+    rest.bits[at] = voted.bits[at] & ~inside.bits[at];
   }
-  if (any == 0) return;
-  grow(held, loose, progress);
-  for (std::size_t at = 0; at < inside.bits.size(); ++at) inside.bits[at] &= ~loose.bits[at];
+  grow(inside, rest, progress);
+  return inside;
 }
 
 void keep_common(BitVolume& volume, const BitVolume& other) {
@@ -185,10 +182,7 @@ PseudoVolume make_pseudo_volume(const DistanceField& field, const PseudoVolumeOp
   const bool encloses = enclosed != nullptr && options.enclosed;
   const Majority majority(options, encloses ? beyond_enclosed : 0.5);
   BitVolume inside = voted_inside(votes, masks.near, majority);
-  if (encloses) {
-    drop_loose(*enclosed, window.margin, masks.near, inside, progress);
-    add_enclosed(*enclosed, window.margin, inside);
-  }
+  if (encloses) inside = enclosed_and_voted(*enclosed, window.margin, masks.near, inside, progress);
   if (options.crossing == Crossing::automatic) {
     BitVolume sheets = voted_inside(threshold_votes, masks.near, Majority(options));
     if (encloses) keep_common(sheets, masks.near);
