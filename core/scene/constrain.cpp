@@ -19,6 +19,8 @@ constexpr int max_lift_rounds = 10;
 /// Cells that lifts may move a particle from where it would have gone alone.
 constexpr double far_away = 2.0;
 constexpr int max_recovery_rounds = 30;
+/// Of both, for a start that is inverted.
+constexpr int max_start_rounds = 5;
 /// Error of a cell after a projection from which no round of contacts or lifts leads back.
 constexpr double burst = 1e3;
 
@@ -237,6 +239,28 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
   }
   // What the projection had to move against stiff springs.
   if (soft.pressed_implicitly && step.may_halve) soft.unbalanced = gains_energy(step, soft);
+}
+
+void bring_to_volume(const Substep& step, SceneSoftBody& soft) {
+  keep_start(soft.body);
+  soft.began_inverted = soft.inverted;
+  soft.recovered = soft.pressed_implicitly = false;
+  const auto begin = [&] {
+    if (!soft.contacts) return;
+    step.world.phases.run(Phase::contacts, [&] {
+      soft.candidates->known = false;
+      soft.contacts->begin(soft.body, step.h);
+    });
+  };
+  begin();
+  meet(step, soft);
+  for (int round = 0; round < max_start_rounds && soft.inverted; ++round) {
+    recover_inverted(step, soft);
+    keep_start(soft.body);
+    begin();
+    meet(step, soft);
+  }
+  soft.forces_valid = false;
 }
 
 void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance) {

@@ -14,6 +14,8 @@ class Stepper {
   StepStats frame(double seconds, const Progress& progress);
 
  private:
+  /// Bodies whose cells lack their volumes go there first.
+  void start();
   /// Of the volumes at a frame's end.
   double asked_tolerance() const;
   /// Of the volumes after a substep of h that ends no frame.
@@ -44,7 +46,7 @@ class Stepper {
   double tolerance_ = 0.0;  ///< of the present substep's volumes
   bool together_ = false;   ///< no body is stepped by itself
   bool lifting_ = true;     ///< tets that invert are lifted within the substep
-  bool starting_ = true;    ///< before the first substep has ended
+  bool starting_ = true;    ///< before the first frame
   StepStats stats_;
 };
 

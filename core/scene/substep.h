@@ -50,6 +50,9 @@ bool has_burst(const ProjectionResult& result);
 /// Cells pressed flat answer to volumes by leaps: a particle was found 7 m away after a frame. That is no
 /// cure.
 bool throws_a_particle(const Substep& step, const SoftBody& body);
+/// A start whose cells lack their volumes: the body goes there, out of rigid bodies and right side out,
+/// before anything moves. That is no motion: velocities stay as they were given.
+void bring_to_volume(const Substep& step, SceneSoftBody& soft);
 /// The volume alone, contacts with rigid bodies held.
 void project_volume(const Substep& step, SceneSoftBody& soft, double tolerance);
 /// Of a body that stands where an earlier substep, of a larger tolerance, has left it. Velocities stay.

@@ -71,6 +71,48 @@ INSTANTIATE_TEST_SUITE_P(
                       Start{"squashed", [](StartState& s) { s.affine(1, 1) = 0.5; }}),
     [](const auto& test) { return test.param.name; });
 
+/// Volumes that a start lacks are no motion: no energy comes of them, and the body turns as it did.
+TEST(Extremes, WrongVolumesOfAStartMakeNoSpeed) {
+  for (const auto& change : std::initializer_list<void (*)(StartState&)>{
+           [](StartState& s) { s.affine(0, 0) = 1.05; }, [](StartState& s) { s.affine *= 0.9; },
+           [](StartState& s) { s.randomize = 0.3; }, [](StartState& s) { s.randomize = 1.0; },
+           [](StartState& s) { s.flatten = StartState::Flatten::plane; }})
+    for (const SpringIntegrator springs :
+         {SpringIntegrator::symplectic, SpringIntegrator::implicit, SpringIntegrator::energy_momentum}) {
+      Progress quiet;
+      Scene scene = stretched_cube(4, 1e2, 1.0 / 60.0, springs);
+      scene.bodies[0].angular_velocity = Vec3(0.1, 0.2, 0.3);
+      StartState& start = std::get<DeformableBody>(scene.bodies[0].kind).start;
+      start = StartState{};
+      change(start);
+      const auto simulation = compile(scene, quiet);
+      const Metrics before = simulation->snapshot().metrics, m = simulation->step(quiet).metrics;
+      EXPECT_LE(m.max_cell_volume_error, 1e-6);
+      EXPECT_LE(m.kinetic_energy + m.potential_energy,
+                1.02 * (before.kinetic_energy + before.potential_energy));
+      EXPECT_LE((m.angular_momentum - before.angular_momentum).norm(),
+                1e-10 * before.angular_momentum.norm());
+    }
+}
+
+/// What a start leaves within walls is out of them by its first frame.
+TEST(Extremes, ARandomStartBetweenWallsKeepsOutOfThem) {
+  Progress quiet;
+  Scene scene = cube_at_rest(4);
+  std::get<DeformableBody>(scene.bodies[0].kind).start.randomize = 1.0;
+  for (const Vec3& normal :
+       {Vec3(1.0, 0.0, 0.0), Vec3(-1.0, 0.0, 0.0), Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, -1.0)})
+    add_fixed(scene, "wall", PlaneShape{normal, -0.505}, Vec3::Zero());
+  const auto simulation = compile(scene, quiet);
+  EXPECT_GT(simulation->snapshot().metrics.max_penetration, 0.1);
+  for (int frame = 0; frame < 5; ++frame) {
+    const Metrics m = simulation->step(quiet).metrics;
+    EXPECT_LE(m.max_penetration, 1e-3 * 0.25) << frame;
+    EXPECT_LE(m.max_cell_volume_error, 1e-6) << frame;
+    EXPECT_EQ(m.inverted, 0) << frame;
+  }
+}
+
 /// A free cube of 4³ cells whose upper half is a million times denser.
 Scene top_heavy_cube() {
   Scene scene = cube_at_rest(4);
