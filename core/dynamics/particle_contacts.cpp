@@ -121,19 +121,22 @@ void ParticleContacts::begin(const SoftBody& body, double h, std::span<const Mas
                              bool with_body) {
   with_body_ = with_body;
   carriers_.begin(bodies);
-  for (const Memory& memory : memory_) memory_slot_[memory.particle] = -1;
-  memory_.clear();
-  for (const Contact& contact : particles_) {
-    slot_[contact.particle] = -1;
-    if (contact.planes == 0 || contact.attached) continue;
-    memory_slot_[contact.particle] = static_cast<std::int32_t>(memory_.size());
-    memory_.push_back({contact.particle, contact.friction / (h_ * h_), contact.sticking});
-  }
+  for (const Contact& contact : particles_) slot_[contact.particle] = -1;
   particles_.clear();
   blocked_.clear();
   forces_.clear();
   predicted_ = body.positions;
   h_ = h;
+}
+
+void ParticleContacts::remember() {
+  for (const Memory& memory : memory_) memory_slot_[memory.particle] = -1;
+  memory_.clear();
+  for (const Contact& contact : particles_) {
+    if (contact.planes == 0 || contact.attached) continue;
+    memory_slot_[contact.particle] = static_cast<std::int32_t>(memory_.size());
+    memory_.push_back({contact.particle, contact.friction / (h_ * h_), contact.sticking});
+  }
 }
 
 const ParticleContacts::Memory* ParticleContacts::recall(std::int32_t particle) const {

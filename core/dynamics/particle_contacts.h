@@ -15,11 +15,14 @@ class ParticleContacts {
  public:
   explicit ParticleContacts(const SoftBody& body);
 
-  /// A new substep: no contact, x̂ = the body's positions. Friction starts from that of the last one. Planes
-  /// of the bodies given are carried by them. with_body: the contacts are solved with all of the body
+  /// A new substep: no contact, x̂ = the body's positions. Friction starts from what is remembered. Planes of
+  /// the bodies given are carried by them. with_body: the contacts are solved with all of the body
   /// (set_reactions), so that what touches is moved onto its planes and nowhere else.
   void begin(const SoftBody& body, double h, std::span<const MassiveBody> bodies = {},
              bool with_body = false);
+  /// The substep stands: the next one starts from its friction. Not so when it is taken back, or friction
+  /// that did not balance would throw every substep that is tried after it.
+  void remember();
   /// The bodies of begin() have other masses from now on.
   void weigh(std::span<const MassiveBody> bodies) { carriers_.weigh(bodies); }
   bool empty() const { return particles_.empty(); }

@@ -55,18 +55,21 @@ void SurfaceContacts::reserve(std::size_t vertices) {
 }
 
 void SurfaceContacts::begin(std::span<SurfaceBody> bodies, double h) {
+  for (const SurfaceContact& contact : contacts_) slots_[contact.owner][contact.vertex] = -1;
+  contacts_.clear();
+  bodies_ = bodies;
+  h_ = h;
+  for (SurfaceBody& body : bodies_) body.touched = false;
+}
+
+void SurfaceContacts::remember() {
   memory_.clear();
   for (const SurfaceContact& contact : contacts_) {
-    slots_[contact.owner][contact.vertex] = -1;
     if (!(contact.pressure() > 0.0)) continue;
     memory_.push_back({contact.owner, contact.other, contact.vertex, contact.pressure() / (h_ * h_),
                        contact.tangential(contact.impulse) / (h_ * h_)});
   }
   std::ranges::sort(memory_, {}, [](const Memory& m) { return std::tie(m.owner, m.vertex, m.other); });
-  contacts_.clear();
-  bodies_ = bodies;
-  h_ = h;
-  for (SurfaceBody& body : bodies_) body.touched = false;
 }
 
 const SurfaceContacts::Memory* SurfaceContacts::recall(int owner, std::int32_t vertex, int other) const {

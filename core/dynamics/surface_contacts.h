@@ -24,6 +24,8 @@ class SurfaceContacts {
   void reserve(std::size_t vertices);
   /// A new substep: no contact.
   void begin(std::span<SurfaceBody> bodies, double h);
+  /// The substep stands: the next one starts from its pressures.
+  void remember();
   bool empty() const { return contacts_.empty(); }
   std::span<SurfaceContact> contacts() { return contacts_; }
   std::span<const SurfaceContact> contacts() const { return contacts_; }

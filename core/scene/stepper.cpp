@@ -185,7 +185,16 @@ void Stepper::advance(double h, int halvings) {
     if (!world_.soft[s].finished) finish(step, s);
   world_.phases.run(Phase::rigid_bodies, [&] { world_.rigid.end_step(); });
   guard_.hold(step);
+  remember_contacts();
   count_contacts();
+}
+
+void Stepper::remember_contacts() {
+  if (std::ranges::any_of(world_.soft, [](const SceneSoftBody& soft) { return soft.halts_in_a_row > 0; }))
+    return;  // what pressed led nowhere
+  for (SceneSoftBody& soft : world_.soft)
+    if (soft.contacts) soft.contacts->remember();
+  if (world_.surfaces) world_.surfaces->contacts().remember();
 }
 
 void Stepper::count_contacts() {

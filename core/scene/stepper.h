@@ -39,6 +39,7 @@ class Stepper {
   /// A filtered substep that touches something, or ends with more energy than the ledger allows, is taken
   /// back and stepped by implicit Euler, which gains none. True when it stands, and is finished.
   bool settle(const Substep& step, SceneSoftBody& soft);
+  void remember_contacts();
   void count_contacts();
 
   World& world_;
