@@ -58,11 +58,11 @@ ContactCarriers::Body* ContactCarriers::find(int source) {
   return found == bodies_.end() || source_of(*found) != source ? nullptr : &*found;
 }
 
-double ContactCarriers::friction_share(const ParticleContact& contact) const {
+double ContactCarriers::friction_share(const ParticleContact& contact, double mass) const {
   double share = 1.0;
   for (int k = 0; k < contact.planes; ++k)
     if (const Body* body = find(contact.plane[k].source))
-      share = std::min(share, body->at_start.mass / (body->at_start.mass + body->touching));
+      share = std::min(share, body->at_start.mass / (body->at_start.mass + std::max(body->touching, mass)));
   return share;
 }
 

@@ -69,8 +69,8 @@ class ContactCarriers {
   /// Gives the particles that they carry, and the bodies in return, all gains at once; impulses in kg m/s.
   std::span<const DueWrench> bounce(SoftBody& body, std::span<const BounceGain> gains);
   /// Part of a particle's mass that friction may count on: touched bodies lighter than what rubs on them
-  /// slip along.
-  double friction_share(const ParticleContact& contact) const;
+  /// slip along. Of a new contact the mass is not among what touches yet.
+  double friction_share(const ParticleContact& contact, double mass) const;
 
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;

@@ -214,9 +214,10 @@ void ParticleContacts::guess_friction(const SoftBody& body, Contact& contact) co
     return;
   }
   const Vec3 free = predicted_.at(i) + body.inverse_masses[i] * contact.push;
-  const double pressure = body.masses[i] * (onto_planes(contact, free) - free).norm();
+  const double mass = carriers_.friction_share(contact, body.masses[i]) * body.masses[i];
+  const double pressure = mass * (onto_planes(contact, free) - free).norm();
   const Vec3 slip = basis_of(contact).tangential(free - body.start_positions.at(i) - mean_shift(contact));
-  const Vec3 holding = -body.masses[i] * slip;
+  const Vec3 holding = -mass * slip;
   contact.friction = clamp_to_cone(holding, mean_friction(contact), pressure);
   contact.sticking = holding.norm() <= mean_friction(contact) * pressure;
 }
@@ -337,7 +338,7 @@ double ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3&
   const std::int32_t i = contact.particle;
   const Vec3 slip =
       basis_of(contact).tangential(body.positions.at(i) - body.start_positions.at(i) - mean_shift(contact));
-  const Vec3 holding = contact.friction - carriers_.friction_share(contact) * body.masses[i] * slip;
+  const Vec3 holding = contact.friction - carriers_.friction_share(contact, body.masses[i]) * body.masses[i] * slip;
   const Vec3 before = contact.friction;
   contact.friction = clamp_to_cone(holding, 1.0, limit);
   contact.sticking = !contact.torn && holding.norm() < limit;
