@@ -338,7 +338,8 @@ double ParticleContacts::rub(const SoftBody& body, Contact& contact, const Vec3&
   const std::int32_t i = contact.particle;
   const Vec3 slip =
       basis_of(contact).tangential(body.positions.at(i) - body.start_positions.at(i) - mean_shift(contact));
-  const Vec3 holding = contact.friction - carriers_.friction_share(contact, body.masses[i]) * body.masses[i] * slip;
+  const Vec3 holding =
+      contact.friction - carriers_.friction_share(contact, body.masses[i]) * body.masses[i] * slip;
   const Vec3 before = contact.friction;
   contact.friction = clamp_to_cone(holding, 1.0, limit);
   contact.sticking = !contact.torn && holding.norm() < limit;

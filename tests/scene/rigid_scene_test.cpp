@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -279,24 +280,42 @@ TEST(RigidScene, AMixedStackHoldsUnderExtremeMasses) {
   EXPECT_EQ(end[0].bodies[3].position, end[1].bodies[3].position);
 }
 
-/// No substep finds a balance with the box, a 2,300th of the cube's mass: halted, the cube goes on before the
-/// sphere, which would else run over it (a cell deep).
-TEST(RigidScene, WhatIsPushedOntoALightBoxIsNotRunOver) {
-  const std::string text = R"({"duration":0.4,"solver":{"tolerance":1e-8},"bodies":[
-    {"name":"floor","type":"rigid","shape":{"plane":{}},"static":true},
-    {"name":"cube","type":"deformable","lattice":{"cells":[5,3,5],"cell_size":0.12,"origin":[-0.3,0.01,-0.3]},
-     "edge_stiffness":95642.6862635664,"diagonal_stiffness":478.36190809761473},
-    {"name":"pusher","type":"rigid","shape":{"sphere":{"radius":0.2}},"position":[-1.3,0.3,0],
-     "motion":{"velocity":[5,0,0],"until":0.4}},
-    {"name":"box","type":"rigid","mass":0.05645957859585672,"position":[0.8,0.25,0],
-     "shape":{"box":{"half_extents":[0.09144137322864379,0.18137325013252428,0.19195456554835716]}}}]})";
+/// A box of less than a 2,000th of the cube's mass is pushed off its way, and the cube is not run over by the
+/// sphere behind it.
+struct LightBox {
+  double place, mass, speed;
+};
+void PrintTo(const LightBox& box, std::ostream* out) {
+  *out << box.mass << " kg at " << box.place << " m, " << box.speed << " m/s";
+}
+
+class WhatIsPushedOntoALightBox : public testing::TestWithParam<LightBox> {};
+
+TEST_P(WhatIsPushedOntoALightBox, IsNotRunOver) {
+  const LightBox& p = GetParam();
+  const auto simulation = compile_text(fmt::format(
+      R"({{"duration":0.4,"solver":{{"tolerance":1e-8}},"bodies":[
+    {{"name":"floor","type":"rigid","shape":{{"plane":{{}}}},"static":true}},
+    {{"name":"cube","type":"deformable","lattice":{{"cells":[5,3,5],"cell_size":0.12,"origin":[-0.3,0.01,-0.3]}},
+     "edge_stiffness":95642.6862635664,"diagonal_stiffness":478.36190809761473}},
+    {{"name":"pusher","type":"rigid","shape":{{"sphere":{{"radius":0.2}}}},"position":[-1.3,0.3,0],
+     "motion":{{"velocity":[{},0,0],"until":0.4}}}},
+    {{"name":"box","type":"rigid","mass":{},"position":[{},0.25,0],
+     "shape":{{"box":{{"half_extents":[0.09144137322864379,0.18137325013252428,0.19195456554835716]}}}}}}]}})",
+      p.speed, p.mass, p.place));
   Progress quiet;
-  const auto simulation = compile_text(text);
   while (!simulation->finished()) {
     const Snapshot frame = simulation->step(quiet);
     EXPECT_LE(frame.metrics.max_penetration, 1e-3 * 0.12) << frame.t;
+    EXPECT_TRUE(frame.metrics.feasible) << frame.t;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(RigidScene, WhatIsPushedOntoALightBox,
+                         testing::Values(LightBox{0.8, 0.05645957859585672, 5.0},
+                                         LightBox{0.8 + 1e-12, 0.05645957859585672, 5.0},
+                                         LightBox{0.8 + 1e-10, 0.05645957859585672, 5.0},
+                                         LightBox{0.8, 0.02, 4.0}, LightBox{0.8, 0.005, 5.0}));
 
 struct TwoWay {
   double mass, friction, restitution;
