@@ -58,7 +58,7 @@ class Trials {
   Trials(const Model& model, Progress& progress) : stages_(model.soup), progress_(progress) {}
 
   bool work(const MeshingOptions& options) {
-    const auto model = stages_.run(options, progress_);
+    const auto model = stages_.run(options, progress_, Extent::whole);
     return model->lattice->kept_count > 0 && !shortfall(*model);
   }
 

@@ -25,25 +25,26 @@ AuthoringPipeline::~AuthoringPipeline() = default;
 AuthoringPipeline::AuthoringPipeline(AuthoringPipeline&&) noexcept = default;
 AuthoringPipeline& AuthoringPipeline::operator=(AuthoringPipeline&&) noexcept = default;
 
-std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& options, Progress& progress) {
+std::shared_ptr<const Model> AuthoringPipeline::run(const MeshingOptions& options, Progress& progress,
+                                                    Extent extent) {
   stages_->thin({}, 1);
-  return run_stages(options, progress);
+  return run_stages(options, progress, extent);
 }
 
 std::shared_ptr<const Model> AuthoringPipeline::run_thinned(const MeshingOptions& options,
                                                             const std::shared_ptr<const DistanceField>& field,
-                                                            int stride, Progress& progress) {
+                                                            int stride, Progress& progress, Extent extent) {
   stages_->thin(field, stride);
-  return run_stages(options, progress);
+  return run_stages(options, progress, extent);
 }
 
-std::shared_ptr<const Model> AuthoringPipeline::run_stages(const MeshingOptions& options,
-                                                           Progress& progress) {
+std::shared_ptr<const Model> AuthoringPipeline::run_stages(const MeshingOptions& options, Progress& progress,
+                                                           Extent extent) {
   const CancelScope scope(progress);
   check_budget(stages_->size(), options, memory_budget());
-  std::shared_ptr<Model> model = stages_->run(options, progress);
+  std::shared_ptr<Model> model = stages_->run(options, progress, extent);
   if (model->lattice->kept_count == 0) throw_empty(*model, progress);
-  add_warnings(*model);
+  if (extent == Extent::whole) add_warnings(*model);
   return model;
 }
 

@@ -45,8 +45,8 @@ struct Model {
   std::shared_ptr<const Lattice> lattice;
   std::shared_ptr<const TetMesh> unsmoothed;
   std::shared_ptr<const Smoothed> smoothed;
-  std::shared_ptr<const Embedding> embedding;
-  QualitySummary quality;
+  std::shared_ptr<const Embedding> embedding;  ///< null in a shape
+  QualitySummary quality;                      ///< of a shape: what its tets tell
   double quality_ms = 0.0;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;  ///< each one says what, and what to change
@@ -93,6 +93,10 @@ struct KnownInput {
   SoupSize size;
 };
 
+/// How far a run goes. A shape is for a picture while a slider moves: its tets, without what asks the input
+/// again, which is the embedding, the distances of the quality and the warnings.
+enum class Extent { shape, whole };
+
 /// Remembers each stage's last inputs and recomputes from the first stage that changed. Not thread-safe.
 class AuthoringPipeline {
  public:
@@ -104,19 +108,20 @@ class AuthoringPipeline {
 
   /// Throws invalid_argument, empty_result (nothing inside: the hint names a value that works), over_budget,
   /// cancelled; after a throw the stages that were finished are kept.
-  std::shared_ptr<const Model> run(const MeshingOptions& options, Progress& progress);
+  std::shared_ptr<const Model> run(const MeshingOptions& options, Progress& progress,
+                                   Extent extent = Extent::whole);
 
   /// The same from every stride-th voxel of a field of the same soup, whose own options are thinned to these.
   std::shared_ptr<const Model> run_thinned(const MeshingOptions& options,
                                            const std::shared_ptr<const DistanceField>& field, int stride,
-                                           Progress& progress);
+                                           Progress& progress, Extent extent = Extent::whole);
 
   /// How many tets that would give, at the cost of the stages up to the lattice.
   std::int64_t count_tets(const MeshingOptions& options, Progress& progress);
 
  private:
   struct Stages;
-  std::shared_ptr<const Model> run_stages(const MeshingOptions& options, Progress& progress);
+  std::shared_ptr<const Model> run_stages(const MeshingOptions& options, Progress& progress, Extent extent);
   std::unique_ptr<Stages> stages_;
 };
 

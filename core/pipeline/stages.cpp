@@ -145,16 +145,20 @@ std::shared_ptr<Model> PipelineStages::run_to_lattice(const MeshingOptions& opti
   return model;
 }
 
-std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progress& progress) {
+std::shared_ptr<Model> PipelineStages::run(const MeshingOptions& options, Progress& progress, Extent extent) {
   std::shared_ptr<Model> model = run_to_lattice(options, progress);
   if (model->lattice->kept_count > 0) {
     model->unsmoothed = update("tetrahedra", lattice_.serial, unsmoothed_, Nothing{},
                                [&] { return make_tetrahedra(*lattice_.result, progress); });
     model->smoothed = update("smoothing", unsmoothed_.serial, smoothed_, options.smoothing,
                              [&] { return smooth(*unsmoothed_.result, options.smoothing, progress); });
-    model->embedding = update("embedding", smoothed_.serial, embedding_, Nothing{},
-                              [&] { return make_embedding(*soup_, model->mesh(), progress); });
-    measure(*model, progress);
+    if (extent == Extent::shape) {
+      model->quality = summarize_tets(model->mesh(), progress);
+    } else {
+      model->embedding = update("embedding", smoothed_.serial, embedding_, Nothing{},
+                                [&] { return make_embedding(*soup_, model->mesh(), progress); });
+      measure(*model, progress);
+    }
   }
   model->stages = reports_;
   return model;

@@ -31,7 +31,7 @@ class PipelineStages {
   PipelineStages(std::shared_ptr<const TriangleSoup> soup, KnownInput known);
 
   /// Everything but warnings; the model ends at the lattice when that is empty.
-  std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress);
+  std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress, Extent extent);
   std::shared_ptr<Model> run_to_lattice(const MeshingOptions& options, Progress& progress);
   const SoupSize& size();
   /// From now on the field is every stride-th voxel of this one, which others hold; of none: made from the

@@ -38,6 +38,9 @@ struct QualitySummary {
   VoxelDistance to_pseudo_volume;  ///< set apart by the pipeline, which has the pseudo volume
 };
 
+/// What the tets alone tell: their volume and the worst of them.
+QualitySummary summarize_tets(const TetMesh& mesh, const Progress& progress);
+
 /// What measuring needs of a soup, made once a soup: its triangles' sizes and a tree over them. Keeps a
 /// reference to the soup.
 struct MeasuredSoup {

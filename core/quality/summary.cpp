@@ -166,8 +166,7 @@ MeasuredSoup::MeasuredSoup(const TriangleSoup& measured)
     total_area += area[t], longest = std::max(longest, longest_edge[t]);
 }
 
-QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
-                                 const DistanceField& field, Progress& progress) {
+QualitySummary summarize_tets(const TetMesh& mesh, const Progress& progress) {
   QualitySummary summary;
   summary.volume = total_volume(mesh);
   progress.throw_if_cancelled();
@@ -175,6 +174,12 @@ QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input,
   summary.min_dihedral_deg = worst.min_dihedral_deg;
   summary.min_scaled_jacobian = worst.min_scaled_jacobian;
   summary.inverted = worst.inverted;
+  return summary;
+}
+
+QualitySummary summarize_quality(const TetMesh& mesh, const MeasuredSoup& input, const Embedding& embedding,
+                                 const DistanceField& field, Progress& progress) {
+  QualitySummary summary = summarize_tets(mesh, progress);
   progress.throw_if_cancelled();
   const Coverage coverage = measure_coverage(mesh, input, embedding, progress);
   // Collinear triangles have no area; then all of their vertices must be covered.

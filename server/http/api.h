@@ -65,6 +65,8 @@ std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& add
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
                                               const MeshingOptions& options, bool preview,
                                               Progress& progress);
+/// What to do where a preview will not do.
+inline constexpr const char* whole_model = "ask for the model with quality full";
 /// Mesh shapes named by a sample, a mesh id or a model id become models; a name from outside is never a path.
 void resolve_meshes(Api& api, Scene& scene, Progress& progress);
 /// The simulation of a scene whose meshes are so named. Others give way to the one with this id; a report's
@@ -84,7 +86,9 @@ std::shared_ptr<const HelloFacts> prepared(const SimulationRunner& runner);
 Response shared_answer(Api& api, const std::string& key, const std::string& etag,
                        const std::function<void(const TextSink&)>& encode);
 
-/// Answers once the job has ended, or after the wait, then with unfinished_status.
-Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status);
+/// Answers once the job has ended, or after the wait, then with unfinished_status. What the job's work has
+/// written to `beside`, a JSON text, comes with the answer of one that is done, as its drawing.
+Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status,
+                      const std::shared_ptr<const std::string>& beside = nullptr);
 
 }  // namespace isochor

@@ -11,8 +11,10 @@ JobView find_job(const Api& api, const std::string& id) {
   throw Missing{"job", id, id.starts_with('j') && was_issued(id, api.jobs.next_id())};
 }
 
-Response job_document(const JobView& job, int status) {
-  Response response = Response::json(to_text(job_json(job)), status);
+Response job_document(const JobView& job, int status, const std::string& drawing = {}) {
+  std::string text = to_text(job_json(job));
+  if (!drawing.empty()) text.back() = ',', text += "\"drawing\":" + drawing + '}';
+  Response response = Response::json(std::move(text), status);
   response.headers.emplace_back("Location", std::string(api_base) + "/jobs/" + job.id);
   return response;
 }
@@ -38,12 +40,14 @@ Response list_jobs(const Api& api) {
 
 }  // namespace
 
-Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status) {
-  const auto poll = [&api, id, unfinished_status](bool deadline_passed) -> std::optional<Response> {
+Response job_response(Api& api, const std::string& id, std::int64_t wait_ms, int unfinished_status,
+                      const std::shared_ptr<const std::string>& beside) {
+  const auto poll = [&api, id, unfinished_status, beside](bool deadline_passed) -> std::optional<Response> {
     // Asked at each wake, by all who wait: nothing is copied until then.
     if (!deadline_passed && api.jobs.under_way(id)) return std::nullopt;
     const JobView job = find_job(api, id);
-    return job_document(job, job.ended() ? 200 : unfinished_status);
+    const bool written = beside && job.status == JobStatus::done;
+    return job_document(job, job.ended() ? 200 : unfinished_status, written ? *beside : "");
   };
   Response response;
   response.pending = std::make_shared<PendingAnswer>(

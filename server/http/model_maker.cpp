@@ -74,15 +74,19 @@ std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<St
   const int stride = full && !same_rays ? preview_stride(wanted) : 1;
   const bool coarse = preview && (!full || stride > 1);
   const MeshingOptions options = !coarse ? wanted : full ? thinned(wanted, stride) : preview_options(wanted);
-  const std::string id = content_id(
-      "d", mesh->id + " " + describe(options) + (stride > 1 ? " thinned by " + std::to_string(stride) : ""));
-  if (auto known = api.catalog.find_model(id)) return known;
+  const std::string content =
+      mesh->id + " " + describe(options) + (stride > 1 ? " thinned by " + std::to_string(stride) : "");
+  if (auto known = api.catalog.find_model(content_id("d", content))) return known;
+  const std::string id = content_id("d", preview ? content + " shape" : content);
+  if (auto known = preview ? api.catalog.find_model(id) : nullptr) return known;
   check_budget(mesh->known.size, options, api.memory_limit);
   Progress whole = progress.with_sink(
       [&](std::string_view phase, double fraction) { progress.report(phase, overall(phase, fraction)); });
   auto& pipeline = coarse ? mesh->preview : mesh->full;
   auto model = pipeline.with([&](AuthoringPipeline& stages) {
-    return stride > 1 ? stages.run_thinned(options, full->field, stride, whole) : stages.run(options, whole);
+    const Extent extent = preview ? Extent::shape : Extent::whole;
+    return stride > 1 ? stages.run_thinned(options, full->field, stride, whole, extent)
+                      : stages.run(options, whole, extent);
   });
   mesh->remembered.with([&](auto& models) { models[coarse ? 1 : 0] = model; });
   api.catalog.evict(api.simulations.bytes());
@@ -96,6 +100,8 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
     const std::string name = named->file.lexically_normal().generic_string();
     if (name.starts_with('d')) {
       if (const auto known = api.catalog.find_model(name)) {
+        if (!known->model->embedding)
+          throw Error(ErrorCode::invalid_argument, "the model '" + name + "' is a preview", whole_model);
         shape = ModelShape{known->model};
         return;
       }

@@ -22,21 +22,25 @@ std::string model_result(const StoredModel& model) {
 Response post_model(Api& api, const Request& request) {
   const ModelRequest wanted = read_model_request(request.body);
   const std::int64_t wait_ms = query_integer(request, "wait_ms", 0, 0, 10000);
+  const Precision precision = query_precision(request);
   const auto mesh = api.catalog.mesh(wanted.mesh_id);
   if (wanted.dry_run)
     return Response::json(to_text({{"estimate", estimate_json(estimate(mesh->known.size, wanted.options))}}));
   check_budget(mesh->known.size, wanted.options, api.memory_limit);
   if (wanted.supersedes) api.jobs.cancel(*wanted.supersedes);
-  const JobView job =
-      api.jobs.submit("model", [&api, mesh, options = wanted.options, preview = wanted.preview,
-                                budget = wanted.budget_tets](Progress& progress) mutable {
+  const auto drawing = wanted.preview && wanted.drawing ? std::make_shared<std::string>() : nullptr;
+  const JobView job = api.jobs.submit(
+      "model", [&api, mesh, drawing, precision, options = wanted.options, preview = wanted.preview,
+                budget = wanted.budget_tets](Progress& progress) mutable {
         if (budget)
           options = mesh->full.with([&](AuthoringPipeline& pipeline) {
             return fit_tet_budget(pipeline, options, *budget, progress);
           });
-        return model_result(*make_model(api, mesh, options, preview, progress));
+        const auto model = make_model(api, mesh, options, preview, progress);
+        if (drawing) *drawing = encode_drawing(*model, precision);
+        return model_result(*model);
       });
-  return job_response(api, job.id, wait_ms, 202);
+  return job_response(api, job.id, wait_ms, 202, drawing);
 }
 
 Response get_model(Api& api, const Request& request) {
@@ -51,6 +55,12 @@ Response bulk(Api& api, const Request& request, const std::string& what,
               const std::function<void(const StoredModel&, const TextSink&)>& encode) {
   const auto model = api.catalog.model(request.segment("id"));
   return shared_answer(api, model->id + what, model->id, [&](const TextSink& sink) { encode(*model, sink); });
+}
+
+Response get_embedding(Api& api, const Request& request) {
+  const auto model = api.catalog.model(request.segment("id"));
+  if (!model->model->embedding) refuse(409, "wrong_state", "a preview has no embedding", whole_model);
+  return bulk(api, request, "/embedding", encode_embedding);
 }
 
 Response get_ray(Api& api, const Request& request) {
@@ -166,7 +176,8 @@ std::vector<Route> model_routes(Api& api) {
        .body = BodyKind::json,
        .body_schema = "ModelRequest",
        .query = {{"wait_ms", R"({"type":"integer","minimum":0,"maximum":10000})",
-                  "Answer once the job has ended, or after this time"}}},
+                  "Answer once the job has ended, or after this time"},
+                 precision_spec()}},
       {.method = "GET",
        .pattern = "/api/v1/models/{id}",
        .operation = "getModel",
@@ -212,7 +223,7 @@ std::vector<Route> model_routes(Api& api) {
        .pattern = "/api/v1/models/{id}/embedding",
        .operation = "getModelEmbedding",
        .summary = "Original vertices bound to tets",
-       .handler = [&](const Request& r) { return bulk(api, r, "/embedding", encode_embedding); },
+       .handler = to(get_embedding),
        .answers = {{200, "Embedding"}}},
       {.method = "GET",
        .pattern = "/api/v1/models/{id}/ray",

@@ -24,6 +24,8 @@ enum class Precision { f32, f64 };
 // Bulk: written as text, numbers as typed arrays, a piece at a time.
 void encode_geometry(const StoredMesh& mesh, Precision precision, const TextSink& sink);
 void encode_tets(const StoredModel& model, bool smoothed, Precision precision, const TextSink& sink);
+/// What a picture needs of a small model, in one document: tets without their surface, and quality.
+std::string encode_drawing(const StoredModel& model, Precision precision);
 void encode_quality(const StoredModel& model, const TextSink& sink);
 void encode_voxels(const StoredModel& model, bool shell_only, const TextSink& sink);
 void encode_embedding(const StoredModel& model, const TextSink& sink);

@@ -101,6 +101,19 @@ std::string document(const Write& write) {
   return text;
 }
 
+void tets(BulkObject& object, const TetMesh& mesh, Precision precision) {
+  object.key("grid") += to_text(grid_json(mesh.grid));
+  points(object, "positions", mesh.positions, precision);
+  indices(object, "tets", mesh.tets);
+  cell_coordinates(object, mesh);
+}
+
+void quality(BulkObject& object, const TetMesh& mesh) {
+  const TetQuality quality = tet_quality(mesh.positions, mesh.tets);
+  list(object, "min_dihedral_deg", quality.min_dihedral_deg);
+  list(object, "scaled_jacobian", quality.scaled_jacobian);
+}
+
 bool has_embedded(const BodyTopology& body) {
   return body.model && body.model->embedding;
 }
@@ -150,25 +163,26 @@ void encode_geometry(const StoredMesh& mesh, Precision precision, const TextSink
   });
 }
 
+std::string encode_drawing(const StoredModel& stored, Precision precision) {
+  return document([&](BulkText&, BulkObject& object) {
+    tets(object, stored.model->mesh(), precision);
+    quality(object, stored.model->mesh());
+  });
+}
+
 void encode_tets(const StoredModel& stored, bool smoothed, Precision precision, const TextSink& sink) {
   const TetMesh& mesh = smoothed ? stored.model->mesh() : *stored.model->unsmoothed;
   document(sink, [&](BulkText&, BulkObject& object) {
     object.member("model_id", stored.id);
-    object.key("grid") += to_text(grid_json(mesh.grid));
-    points(object, "positions", mesh.positions, precision);
-    indices(object, "tets", mesh.tets);
+    tets(object, mesh, precision);
     indices(object, "surface", mesh.surface);
-    cell_coordinates(object, mesh);
   });
 }
 
 void encode_quality(const StoredModel& stored, const TextSink& sink) {
-  const TetMesh& mesh = stored.model->mesh();
-  const TetQuality quality = tet_quality(mesh.positions, mesh.tets);
   document(sink, [&](BulkText&, BulkObject& object) {
     object.member("model_id", stored.id);
-    list(object, "min_dihedral_deg", quality.min_dihedral_deg);
-    list(object, "scaled_jacobian", quality.scaled_jacobian);
+    quality(object, stored.model->mesh());
   });
 }
 

@@ -132,6 +132,7 @@ ModelRequest read_model_request(std::string_view text) {
     read_params(reader, *params, request.budget_tets ? Cells::sought : Cells::given, request.options);
   request.supersedes = reader.text("supersedes");
   request.preview = reader.choice("quality", {"full", "preview"}).value_or(0) == 1;
+  request.drawing = reader.boolean("drawing").value_or(false);
   request.dry_run = reader.boolean("dry_run").value_or(false);
   reader.finish("model");
   return request;

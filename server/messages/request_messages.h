@@ -30,6 +30,7 @@ struct ModelRequest {
   std::optional<std::string> supersedes;
   std::optional<std::int64_t> budget_tets;  ///< cells as the lattice that comes closest has them
   bool preview = false;
+  bool drawing = false;  ///< to come with the answer
   bool dry_run = false;
 };
 ModelRequest read_model_request(std::string_view text);

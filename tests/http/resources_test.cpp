@@ -185,6 +185,33 @@ TEST_F(Resources, APreviewIsCoarseWhereRaysAreCastAnewOrThereAreManyCells) {
   EXPECT_NE(make_model(mesh, asked)["model_id"], coarse["model_id"]);  // whose voxels stand elsewhere
 }
 
+TEST_F(Resources, APreviewBringsItsDrawingAndLeavesOutWhatAsksTheInputAgain) {
+  json request = {
+      {"mesh_id", upload("cube")}, {"params", coarse_}, {"quality", "preview"}, {"drawing", true}};
+  const json job = client_.send_json("POST", "/api/v1/models?wait_ms=10000", request).json();
+  const json& result = job["result"];
+  const std::string id = result["model_id"], path = "/api/v1/models/" + id;
+  const json tets = client_.get(path + "/tets").json(), quality = client_.get(path + "/quality").json();
+  for (const char* name : {"grid", "positions", "tets", "cells"}) EXPECT_EQ(job["drawing"][name], tets[name]);
+  for (const char* name : {"min_dihedral_deg", "scaled_jacobian"})
+    EXPECT_EQ(job["drawing"][name], quality[name]);
+  EXPECT_FALSE(result["model"].contains("coverage"));
+  EXPECT_FALSE(client_.get("/api/v1/jobs/" + job["id"].get<std::string>()).json().contains("drawing"));
+  EXPECT_EQ(client_.get(path + "/embedding").status, 409);
+  EXPECT_EQ(client_.get(path + "/exports/embedding").status, 422);
+  const json scene = {{"bodies", {{{"name", "b"}, {"type", "deformable"}, {"mesh", id}}}}};
+  const json refused =
+      client_.finish(client_.send_json("POST", "/api/v1/simulations?wait_ms=10000", scene).json());
+  EXPECT_TRUE(refused.dump().find("is a preview") != std::string::npos) << refused;
+  request.erase("quality"), request.erase("drawing");
+  const json whole = client_.finish(client_.send_json("POST", "/api/v1/models", request).json());
+  EXPECT_NE(whole["result"]["model_id"], id);
+  EXPECT_TRUE(whole["result"]["model"].contains("coverage"));
+  request["quality"] = "preview";
+  const json again = client_.finish(client_.send_json("POST", "/api/v1/models", request).json());
+  EXPECT_EQ(again["result"]["model_id"], whole["result"]["model_id"]);  // which is there
+}
+
 TEST_F(Resources, FaultyParametersAreListedWithTheirRanges) {
   const HttpResponse response =
       client_.send_json("POST", "/api/v1/models",

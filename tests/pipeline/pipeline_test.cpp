@@ -99,6 +99,19 @@ TEST(Pipeline, APreviewStepsOverVoxelsOfTheFieldAtHand) {
   EXPECT_FALSE(previews.run(coarse, progress)->stages.front().reused);
 }
 
+TEST(Pipeline, AShapeHasTheTetsAloneAndTheWholeGoesOnFromThere) {
+  AuthoringPipeline pipeline(shared(test::sphere(0.5)));
+  Progress progress;
+  const auto shape = pipeline.run(small(), progress, Extent::shape);
+  EXPECT_FALSE(shape->embedding);
+  EXPECT_GT(shape->quality.min_dihedral_deg, 0.0);
+  const auto whole = pipeline.run(small(), progress);
+  EXPECT_EQ(whole->smoothed, shape->smoothed);
+  EXPECT_EQ(whole->quality.volume, shape->quality.volume);
+  EXPECT_TRUE(whole->embedding);
+  EXPECT_GT(whole->quality.coverage, 0.9);
+}
+
 TEST(Pipeline, AReusedResultIsThatOfAFreshRun) {
   const auto soup = shared(test::torus(0.35, 0.15));
   AuthoringPipeline pipeline(soup);

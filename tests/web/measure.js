@@ -114,12 +114,12 @@ async function measure_tuning(page, name) {
 /// In the page: of each preview the moves of the slider that it shows, which are those before it was asked for, and when
 /// it was drawn; they come in the order in which they were asked for.
 function watch_drag(slider) {
-  const line = document.querySelector('footer [role=status]'), {fetch} = globalThis;
+  const line = document.querySelector('footer [role=status]'), {prototype} = Worker, {postMessage} = prototype;
   const moves = [], asked = [], seen = globalThis.drag = {latencies: [], drawn: []};
   slider.addEventListener('input', () => moves.push(performance.now()), true);
-  globalThis.fetch = (url, ...rest) => {
-    if (String(url).includes('/models?')) asked.push(moves.splice(0));
-    return fetch(url, ...rest);
+  prototype.postMessage = function(message, ...rest) {
+    if (message.task === 'make_preview') asked.push(moves.splice(0));
+    return postMessage.call(this, message, ...rest);
   };
   const watch = new MutationObserver(async () => {
     if (!line.textContent.startsWith('Preview')) return;
@@ -128,7 +128,7 @@ function watch_drag(slider) {
     seen.latencies.push(...shown.map(moved => at - moved));
   });
   watch.observe(line, {childList: true, characterData: true, subtree: true});
-  seen.end = () => (watch.disconnect(), globalThis.fetch = fetch);
+  seen.end = () => (watch.disconnect(), prototype.postMessage = postMessage);
 }
 
 /// Values that a slider is drawn between: usual ones, thresholds close to the surface, where more voxels count, and

@@ -64,9 +64,12 @@ test('a preview asks for the next and begins its picture before the panels are w
   const before = await bin.elementHandle(), made_before = await tets(page);
   await at_rest(page);
   const order = await page.getByRole('slider', {name: 'Cells', exact: true}).evaluate(async slider => {
-    const line = document.querySelector('footer [role=status]'), {fetch} = globalThis, {prototype} = WebGL2RenderingContext, {fenceSync} = prototype;
+    const line = document.querySelector('footer [role=status]'), {prototype} = WebGL2RenderingContext, {fenceSync} = prototype, {postMessage} = Worker.prototype;
     const seen = [];
-    globalThis.fetch = (url, ...rest) => (String(url).includes('/models?') && seen.push('asked'), fetch(url, ...rest));
+    Worker.prototype.postMessage = function(message, ...rest) {
+      if (message.task === 'make_preview') seen.push('asked');
+      return postMessage.call(this, message, ...rest);
+    };
     prototype.fenceSync = function(...args) {
       seen.push('picture');
       return fenceSync.apply(this, args);
@@ -82,7 +85,7 @@ test('a preview asks for the next and begins its picture before the panels are w
       slider.dispatchEvent(new Event('input'));
     }
     await told;
-    Object.assign(globalThis, {fetch});
+    Object.assign(Worker.prototype, {postMessage});
     Object.assign(prototype, {fenceSync});
     return seen;
   });

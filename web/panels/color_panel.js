@@ -1,5 +1,6 @@
 import {change, change_text, h, svg} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
+import {calmly} from './calmly.js';
 import {color_maps, css_color} from '../view/color_maps.js';
 import {histogram} from '../view/coloring.js';
 import {counted, number} from '../ui/format.js';
@@ -37,7 +38,7 @@ export function color_panel({store, looking, meshing}) {
   };
   for (const input of [from, to]) input.addEventListener('change', typed);
   brush_by_pointer(plot, store);
-  looking.addEventListener('coloring', show);
+  looking.addEventListener('coloring', calmly(meshing, show));
   return h('div', {class: 'color-panel'}, title, plot, brush);
 }
 

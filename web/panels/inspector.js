@@ -2,6 +2,7 @@ import {h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {bytes, count, counted, number, percent, sentence} from '../ui/format.js';
 import {in_titles} from '../state/suggestions.js';
+import {calmly} from './calmly.js';
 import {color_panel} from './color_panel.js';
 import {plan_panel} from './plan_panel.js';
 import {picked_panel} from './picked_panel.js';
@@ -47,18 +48,19 @@ function model_facts(app) {
     facts.hidden = !meshing.model;
   };
   meshing.addEventListener('mesh', show);
-  meshing.addEventListener('model', () => {
-    const {model} = meshing;
+  meshing.addEventListener('model', calmly(meshing, () => {
+    const {model} = meshing, known = value => value !== undefined;  // a preview knows less
     const rows = [['Cells', count(model.cells)], ['Tets', count(model.tets)], ['Vertices', count(model.vertices)],
-      ['Components', count(model.components)], ['Volume', number(model.volume, 4)], ['Coverage', percent(model.coverage)],
+      ['Components', count(model.components)], ['Volume', number(model.volume, 4)],
+      ['Coverage', known(model.coverage) ? percent(model.coverage) : '…'],
       ['Smallest dihedral', `${number(model.min_dihedral_deg)}°`], ['Worst scaled Jacobian', number(model.min_scaled_jacobian)],
       ['Inverted', count(model.inverted)],
-      ['Off the pseudo volume', `${number(model.max_diagonals_to_pseudo_volume, 2)} diagonals`],
-      ['On average', `${number(model.mean_diagonals_to_pseudo_volume, 2)} diagonals`],
+      ...[['Off the pseudo volume', model.max_diagonals_to_pseudo_volume], ['On average', model.mean_diagonals_to_pseudo_volume]]
+        .map(([name, value]) => [name, known(value) ? `${number(value, 2)} diagonals` : '…']),
       ...model.bytes ? [['Memory', bytes(model.bytes)]] : []];
     facts.replaceChildren(...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
     show();
-  });
+  }));
   show();
   return [none, facts, notes];
 }
@@ -72,7 +74,8 @@ function model_notes(app) {
   let complete = true;
   meshing.addEventListener('mesh', () => notes.hidden = !meshing.model);
   meshing.addEventListener('model', () => {
-    const {warnings = [], complete: whole} = meshing.model;
+    const {warnings, complete: whole} = meshing.model;
+    if (whole === undefined) return;  // a preview, which does not know
     title.textContent = whole ? counted(warnings.length, 'notes') : 'This model is incomplete';
     title.className = whole ? '' : 'warn';
     if (complete && !whole) notes.open = true;

@@ -1,4 +1,5 @@
 import {change, change_text, h} from '../ui/dom.js';
+import {calmly} from './calmly.js';
 import {choice_field, number_field, toggle_field} from '../ui/fields.js';
 import {milliseconds, words} from '../ui/format.js';
 import {param_changes, settle} from '../state/constraints.js';
@@ -36,7 +37,7 @@ function meshing_stage(app, {title, stages, extra}, number) {
     change(badge, {class: `stage-state ${worst}${app.meshing.previewing ? ' brief' : ''}`, title: stages.map(name => describe(name, app.meshing.stages[name])).join('\n')});
     change_text(badge, worst !== 'fresh' ? worst : reused ? 'kept' : milliseconds(ms));
   };
-  app.meshing.addEventListener('stages', show);
+  app.meshing.addEventListener('stages', calmly(app.meshing, show));
   show();
   const fields = app.parameters.filter(({stage}) => stages.includes(stage)).map(parameter => parameter_field(app, parameter));
   return stage_section(number, title, badge, fields, extra?.(app));

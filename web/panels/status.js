@@ -9,7 +9,7 @@ export function status_line({meshing, simulation, events}) {
   meshing.addEventListener('model', () => {
     const {model, preview, took_ms} = meshing;
     line.replaceChildren(`${preview ? 'Preview: ' : ''}${counted(model.tets, 'tets')} in ${milliseconds(took_ms)} · smallest dihedral ${number(model.min_dihedral_deg)}° · ${count(model.inverted)} inverted`,
-      model.complete ? '' : h('strong', {class: 'warn'}, ' · incomplete: see Model in the inspector'));
+      model.complete === false ? h('strong', {class: 'warn'}, ' · incomplete: see Model in the inspector') : '');
   });
   simulation.addEventListener('pausing', () => line.textContent = 'Pausing after this step…');
   let told = null;

@@ -1,22 +1,23 @@
-import {h} from '../ui/dom.js';
+import {change_text, h} from '../ui/dom.js';
 import {button} from '../ui/fields.js';
 import {number} from '../ui/format.js';
+import {calmly} from './calmly.js';
 
 /// Both forms of the thresholds, and the switch between them.
 export function threshold_note({store, meshing}) {
   const table = h('dl', {class: 'facts'});
   const change = button('', () => store.set(switched(store.get('params'), meshing.model?.thresholds), 'form of the thresholds'), {class: 'plain'});
+  const show_form = () => change_text(change, `Set thresholds as ${store.get('params.p_in') !== null ? 'distances' : 'probabilities'}`);
   const show = () => {
     const t = meshing.model?.thresholds;
-    const as_probability = store.get('params.p_in') !== null;
-    change.replaceChildren(as_probability ? 'Set thresholds as distances' : 'Set thresholds as probabilities');
     table.replaceChildren(...t ? [
       h('dt', {}, 'P_in'), h('dd', {}, `P ${number(t.p_in, 4)} · ${number(t.d_in)} units`),
       h('dt', {}, 'P_subs'), h('dd', {}, `P ${number(t.p_subs, 4)} · ${number(t.d_subs)} units`)] : []);
   };
-  for (const name of ['mesh', 'model']) meshing.addEventListener(name, show);
-  store.on('params', show);
-  show();
+  meshing.addEventListener('mesh', show);
+  meshing.addEventListener('model', calmly(meshing, show));
+  store.on('params', show_form);
+  show_form();
   return h('div', {class: 'note'}, table, change);
 }
 

@@ -20,6 +20,13 @@ export function ask(task, message, transfer = []) {
   });
 }
 
+/// A preview's job and drawing from one request that no other work on the main thread holds up; null where it fails, which
+/// the usual way then explains.
+export function make_preview(client, path, request, origin) {
+  const message = {url: client.absolute(path), headers: client.credentials(), body: JSON.stringify(request), origin};
+  return ask('make_preview', message).catch(() => null);
+}
+
 const begun = new Map();
 
 /// GET of a document with bulk arrays, decoded into typed arrays; `task` may prepare them for drawing as well. Positions

@@ -4,25 +4,38 @@ import {boundary_cells, cell_centers} from '../view/cell_faces.js';
 import {face_neighbours} from '../view/cell_topology.js';
 import {voxel_faces} from '../view/voxel_faces.js';
 
-async function load({url, headers, origin}) {
-  const response = await fetch(url, {headers});
+async function load({url, origin, ...request}) {
+  const response = await fetch(url, request);
   const document = await response.json().catch(() => ({title: response.statusText, status: response.status}));
   if (!response.ok) throw document;
   const buffers = [];
   const decoded = decode_tree(document, buffers);
-  count_from(origin, decoded, buffers);
+  count_from(origin, decoded.drawing ?? decoded, buffers);
   return [decoded, buffers];
+}
+
+/// Adds the neighbours across the cells' faces and their centres.
+function prepare(cells, buffers) {
+  const neighbour = face_neighbours(cells.tets, cells.cells);
+  const boundary = boundary_cells(neighbour), centers = cell_centers(cells);
+  buffers.push(neighbour.buffer, boundary.buffer, centers.cells.buffer);
+  return {...cells, neighbour, boundary, centers};
 }
 
 const tasks = {
   load,
-  /// Tets of a model with their quality, the neighbours across its cells' faces, and the cells' centres.
+  /// Tets of a model with their quality, prepared.
   async load_cells({url, headers, origin}) {
     const parts = [`tets${precision(origin)}`, 'quality'];
     const [[tets, a], [quality, b]] = await Promise.all(parts.map(name => load({url: `${url}/${name}`, headers, origin})));
-    const neighbour = face_neighbours(tets.tets, tets.cells);
-    const boundary = boundary_cells(neighbour), centers = cell_centers(tets);
-    return [{...quality, ...tets, neighbour, boundary, centers}, [...a, ...b, neighbour.buffer, boundary.buffer, centers.cells.buffer]];
+    const buffers = [...a, ...b];
+    return [prepare({...quality, ...tets}, buffers), buffers];
+  },
+  /// Asks for a preview: its job, with the drawing prepared once it is done.
+  async make_preview({url, headers, body, origin}) {
+    const [job, buffers] = await load({url: `${url}${precision(origin).replace('?', '&')}`, method: 'POST', origin, body,
+      headers: {...headers, 'Content-Type': 'application/json'}});
+    return [{...job, drawing: job.drawing && prepare(job.drawing, buffers)}, buffers];
   },
   /// The neighbours across the faces of cells that are known otherwise.
   neighbours({tets, cells}) {

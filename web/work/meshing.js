@@ -1,4 +1,4 @@
-import {load, load_ahead} from '../wire/data.js';
+import {load, load_ahead, make_preview} from '../wire/data.js';
 import {precision} from '../wire/decode.js';
 import {sample_path} from './first_requests.js';
 import {finish_job} from '../wire/jobs.js';
@@ -117,9 +117,9 @@ export class Meshing extends EventTarget {
     this.started = performance.now();
     this.mark_changed(params);
     try {
-      const result = await this.make_model(model_request(mesh, params, live), abort);
+      const made = await this.make_model(model_request(mesh, params, live), abort);
       if (abort.signal.aborted) return;
-      await this.adopt(result, params, live, abort);
+      await this.adopt(made, params, live, abort);
     } catch (error) {
       if (!abort.signal.aborted && error.name !== 'AbortError') this.fail(error);
     }
@@ -135,19 +135,21 @@ export class Meshing extends EventTarget {
 
   async make_model(request, {signal}) {
     if (this.job) request.supersedes = this.job.id;
-    let job = await this.client.send('POST', models_path, request, {signal});
+    const preview = request.drawing && await make_preview(this.client, models_path, request, this.origin);
+    signal.throwIfAborted();
+    let job = preview || await this.client.send('POST', models_path, request, {signal});
     this.job = job;
     const result = await finish_job(this.client, job, {signal, on_progress: now => {
       this.job = job = now;
       this.tell('progress');
     }});
     this.job = null;
-    return result;
+    return {...result, cells: job.drawing};
   }
 
-  async adopt({model_id, model}, params, live, abort) {
+  async adopt({model_id, model, cells}, params, live, abort) {
     const asked = this.asked = (this.asked ?? 0) + 1, {mesh} = this;
-    const cells = await load(this.client, `/models/${model_id}`, 'load_cells', this.origin);
+    cells ??= await load(this.client, `/models/${model_id}`, 'load_cells', this.origin);
     if (asked < this.asked || mesh !== this.mesh) return;
     Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
     this.took_ms = performance.now() - this.started;
@@ -203,7 +205,7 @@ export class Meshing extends EventTarget {
   }
 }
 
-const model_request = (mesh, params, live) => ({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full'});
+const model_request = (mesh, params, live) => ({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full', drawing: live});
 
 const geometry_of = (mesh, origin) => [`/meshes/${mesh.id}/geometry${precision(origin)}`, 'load', origin];
 
