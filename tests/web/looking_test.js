@@ -162,3 +162,17 @@ test('what is fitted into the view fills what the bars over it leave free', asyn
   no_complaints(narrow);
   await narrow.context().close();
 });
+
+test('the view makes room for tets that reach beyond the surface', async () => {
+  const settings = {mesh: {sample: 'tree', name: 'tree'}, params: {cells: 8, density: 0.1, smoothing_iterations: 0}, view: {clip: {on: false}}};
+  const narrow = await suite.open({width: 1000, height: 1200, hash: `#${Buffer.from(JSON.stringify(settings)).toString('base64url')}`});
+  await narrow.getByRole('button', {name: 'Top', exact: true}).click();
+  assert.ok((await look_at_rest(narrow)).tets > 2000);
+  const {x, y, width, height} = await narrow.locator('canvas.view').boundingBox(), strip = 10;
+  for (const left of [x, x + width - strip]) {
+    const png = await narrow.screenshot({clip: {x: left, y: y + 200, width: strip, height: height - 400}});
+    assert.equal((await look_at_picture(narrow, png)).tets, 0);
+  }
+  no_complaints(narrow);
+  await narrow.context().close();
+});

@@ -11,6 +11,9 @@ import {make_selection, sim_coloring, tet_coloring, voxel_coloring} from '../vie
 import {once_a_frame} from '../ui/dom.js';
 import {theme_color} from '../ui/theme.js';
 
+// Around the surface, as a share of its box's diagonal.
+const least_room = 0.03;
+
 /// Brings the state's view, the model and the simulation onto the screen: which layers, where, in which colours.
 /// `legend` is the colouring that the inspector explains. Events: coloring (the legend or its selection changed).
 export class Looking extends EventTarget {
@@ -23,13 +26,14 @@ export class Looking extends EventTarget {
     this.tets = new TetLayer(viewport);
     this.sim = new SimLayer(viewport);
     this.highlight = new Highlight(viewport);
+    this.room = least_room;
     this.grid = grid_mesh();
     this.grid.rotation.x = -Math.PI / 2;
     viewport.scene.add(this.grid);
     const soon = once_a_frame(() => this.update());
-    meshing.addEventListener('mesh', () => (viewport.mark(null), this.place()));
+    meshing.addEventListener('mesh', () => (viewport.mark(null), this.room = least_room, this.place()));
     meshing.addEventListener('geometry', () => this.show_geometry());
-    meshing.addEventListener('model', () => (this.highlight.clear(), this.tets.set_cells(meshing.cells), this.update(true)));
+    meshing.addEventListener('model', () => this.show_cells());
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
     simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.place()));
     simulation.addEventListener('frame', once_a_frame(() => this.show_frame()));
@@ -40,18 +44,23 @@ export class Looking extends EventTarget {
 
   /// The mesh stands where the scene's body starts.
   place() {
+    this.set_bounds();
+    this.update();
+  }
+
+  set_bounds() {
     const scene = this.store.get('scene');
     const report = this.meshing.mesh?.report;
-    if (!scene || !report) return void this.update();
+    if (!scene || !report) return;
     const {viewport} = this;
     const body = scene.bodies.find(({mesh}) => mesh === 'current');
     const box = scene_bounds(scene);
     if (body) box.union(this.place_model(body, report.bounds));
     else box.union(this.sim.bounds());  // meshes of files
     this.bodies_bounds = box;
-    const {min, max} = with_ground(box, scene);
+    const room = body ? this.room * this.model_bounds.getSize(new THREE.Vector3()).length() : 0;
+    const {min, max} = with_ground(box.clone().expandByScalar(room), scene);
     viewport.set_bounds(min.toArray(), max.toArray());
-    this.update();
   }
 
   place_model(body, bounds) {
@@ -79,6 +88,27 @@ export class Looking extends EventTarget {
     const {positions, triangles} = this.meshing.geometry;
     this.surface.set_triangles(positions, triangles);
     this.place();
+  }
+
+  show_cells() {
+    const {meshing} = this;
+    this.highlight.clear();
+    this.tets.set_cells(meshing.cells);
+    if (!meshing.preview) this.make_room();
+    this.update(true);
+  }
+
+  /// Tets reach beyond the surface. In steps, so that the view rarely moves for them.
+  make_room() {
+    const {mesh: {report: {bounds}}, origin, cells} = this.meshing;
+    const surface = new THREE.Box3(new THREE.Vector3(...bounds.min), new THREE.Vector3(...bounds.max));
+    const diagonal = surface.getSize(new THREE.Vector3()).length();
+    const tets = new THREE.Box3().setFromArray(cells.positions).translate(new THREE.Vector3(...origin));
+    const beyond = Math.max(...surface.min.sub(tets.min), ...tets.max.sub(surface.max));
+    const room = least_room * Math.max(1, Math.ceil(beyond / diagonal / least_room));
+    if (room === this.room) return;
+    this.room = room;
+    this.set_bounds();
   }
 
   show_frame() {
