@@ -216,9 +216,9 @@ double add_points(std::span<const Vec3> points, double radius, const PlacedShape
   const Box box = b.shape.bounds();
   for (const Vec3& local : points) {
     const Vec3 world = a.pose.to_world(local), seen = b.pose.to_local(world);
-    const double away = (seen - seen.cwiseMax(box.min).cwiseMin(box.max)).norm() - radius;
-    if (away > std::min(margin, separation)) {
-      separation = std::min(separation, away);
+    const double beyond = (seen - seen.cwiseMax(box.min).cwiseMin(box.max)).norm();
+    if (beyond > std::max(0.0, radius + margin)) {  // within the box it may be any depth
+      separation = std::min(separation, beyond - radius);
       continue;
     }
     const SurfaceQuery q = b.shape.query(seen);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/collision/manifold.h"
 #include "core/mesh_input/read_mesh.h"
 
 namespace isochor {
@@ -63,6 +64,27 @@ TEST(MeshShape, ASweepOfAnyLengthEnds) {
   }
   EXPECT_FALSE(ball.sweep({-2.0, 0.0, 0.0}, {std::nan(""), 0.0, 0.0}));
   EXPECT_FALSE(ball.sweep({-2.0, 0.0, 0.0}, {HUGE_VAL, 0.0, 0.0}));
+}
+
+/// Of points that are in the ground each counts, whichever comes first: a leg of a table that was not seen
+/// while another one touched went in by 15 cm and came out at once, with 30 times its energy.
+TEST(MeshShape, TheDeepestPointIsAmongThoseOfAContact) {
+  const CollisionMesh table = sample_mesh("table.obj", 64, 1.0);
+  const auto ground = make_plane(Vec3::UnitY(), 0.0);
+  for (int i = 0; i < 40; ++i) {
+    const Pose pose{Vec3::Zero(),
+                    rotation_exp(3.0 * Vec3(std::sin(i), std::sin(1.7 * i), std::cos(2.3 * i)))};
+    double lowest = HUGE_VAL;
+    for (const Vec3& p : table.samples()) lowest = std::min(lowest, pose.to_world(p).y());
+    for (const double margin : {1e-6, 0.0, -1e-7}) {
+      const Pose sunk{Vec3(0.0, -lowest - 0.1, 0.0), pose.orientation};
+      Manifold manifold;
+      EXPECT_NEAR(collide({table, sunk}, {*ground, Pose{}}, margin, manifold), -0.1, 1e-12);
+      double deepest = HUGE_VAL;
+      for (const ManifoldPoint& point : manifold.points()) deepest = std::min(deepest, point.gap());
+      EXPECT_NEAR(deepest, -0.1, 1e-12) << i << " " << margin;
+    }
+  }
 }
 
 }  // namespace
