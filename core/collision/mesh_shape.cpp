@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 #include "core/collision/pair_tests.h"
@@ -11,7 +12,9 @@ namespace isochor {
 namespace {
 
 constexpr float far = 1e15F;
-constexpr std::size_t most_samples = 2000;
+/// Those spread evenly over the surface, and those farthest out in so many directions. Without the latter
+/// what stands on a corner sinks in by up to four voxels; with them by one.
+constexpr std::size_t most_samples = 2000, directions = 1000;
 
 /// Lower envelope of the parabolas (x − i)² + f[i] along a line of voxels [Felzenszwalb & Huttenlocher 2012].
 void transform_line(std::vector<float>& f, std::vector<int>& hull, std::vector<float>& border,
@@ -51,6 +54,23 @@ std::vector<float> distance_to(std::span<const std::uint8_t> inside, std::uint8_
   }
   for (float& square : squares) square = std::sqrt(square);
   return squares;
+}
+
+/// On a spiral from pole to pole that turns by the golden angle.
+Vec3 spread_direction(std::size_t i) {
+  const double y = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / directions;
+  const double angle = std::numbers::pi * (3.0 - std::sqrt(5.0)) * static_cast<double>(i);
+  const double r = std::sqrt(1.0 - y * y);
+  return {r * std::cos(angle), y, r * std::sin(angle)};
+}
+
+std::size_t farthest(std::span<const Vec3> points, std::span<const std::size_t> among,
+                     const Vec3& direction) {
+  std::size_t found = among.front();
+  double most = -HUGE_VAL;
+  for (const std::size_t i : among)
+    if (const double along = direction.dot(points[i]); along > most) most = along, found = i;
+  return found;
 }
 
 template <class Visit>
@@ -116,25 +136,35 @@ void CollisionMesh::weigh(const PseudoVolume& pseudo_volume, bool centered) {
 }
 
 void CollisionMesh::sample(const PseudoVolume& pseudo_volume) {
+  const auto inside = [&](const Vec3i& n) {
+    return grid_.contains(n.x(), n.y(), n.z()) && pseudo_volume.inside[grid_.index(n.x(), n.y(), n.z())];
+  };
+  std::vector<std::size_t> tips;  // what is between others along two axes is hardly ever farthest out
   for_each_voxel(grid_, [&](int i, int j, int k) {
     if (!pseudo_volume.inside[grid_.index(i, j, k)]) return;
-    bool boundary = false;
-    for (int axis = 0; axis < 3; ++axis)
-      for (const int side : {-1, 1}) {
-        Vec3i n(i, j, k);
-        n[axis] += side;
-        boundary |=
-            !grid_.contains(n.x(), n.y(), n.z()) || !pseudo_volume.inside[grid_.index(n.x(), n.y(), n.z())];
-      }
-    if (!boundary) return;
+    int between = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3i step = Vec3i::Unit(axis), voxel(i, j, k);
+      between += inside(voxel - step) && inside(voxel + step);
+    }
+    if (between == 3) return;
+    if (between < 2) tips.push_back(samples_.size());
     const Vec3 p = grid_.center(i, j, k);
     const SurfaceQuery q = query(p);
     samples_.push_back(p - q.distance * q.normal);
   });
-  if (samples_.size() <= most_samples) return;
+  if (samples_.size() > most_samples) thin_samples(tips);
+}
+
+void CollisionMesh::thin_samples(std::span<const std::size_t> tips) {
   const std::size_t every = (samples_.size() + most_samples - 1) / most_samples;
-  for (std::size_t i = 0; i * every < samples_.size(); ++i) samples_[i] = samples_[i * every];
-  samples_.resize((samples_.size() + every - 1) / every);
+  std::vector<std::uint8_t> kept(samples_.size());
+  for (std::size_t i = 0; i < kept.size(); i += every) kept[i] = 1;
+  for (std::size_t d = 0; d < directions; ++d) kept[farthest(samples_, tips, spread_direction(d))] = 1;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (kept[i]) samples_[count++] = samples_[i];
+  samples_.resize(count);
 }
 
 SurfaceQuery CollisionMesh::query(const Vec3& point) const {

@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <vector>
 
 #include "core/collision/shape.h"
@@ -34,6 +35,7 @@ class CollisionMesh final : public CollisionShape {
   void sign_distances(const DistanceField& field, const PseudoVolume& pseudo_volume, double scale);
   void weigh(const PseudoVolume& pseudo_volume, bool centered);
   void sample(const PseudoVolume& pseudo_volume);
+  void thin_samples(std::span<const std::size_t> tips);
 
   Grid grid_;                  ///< in this shape's frame
   std::vector<float> signed_;  ///< metres, negative inside

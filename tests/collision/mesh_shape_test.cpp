@@ -87,5 +87,25 @@ TEST(MeshShape, TheDeepestPointIsAmongThoseOfAContact) {
   }
 }
 
+/// Or it would sink into what it stands on.
+TEST(MeshShape, SamplesReachAsFarAsTheMesh) {
+  Progress quiet;
+  for (const char* name : {"table.obj", "torus.obj"}) {
+    const CollisionMesh shape = sample_mesh(name, 128, 1.0);
+    EXPECT_LE(shape.samples().size(), 3000U);
+    const auto soup = read_mesh(std::filesystem::path(ISOCHOR_SAMPLES) / "meshes" / name, quiet);
+    const double voxel = bounding_box(soup).size().maxCoeff() / 128.0;
+    double worst = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 direction = Vec3(std::sin(i), std::sin(1.7 * i + 1.0), std::cos(2.3 * i)).normalized();
+      double reach = -HUGE_VAL, sampled = -HUGE_VAL;
+      for (const Vec3& p : soup.positions) reach = std::max(reach, direction.dot(p - shape.center()));
+      for (const Vec3& p : shape.samples()) sampled = std::max(sampled, direction.dot(p));
+      worst = std::max(worst, reach - sampled);
+    }
+    EXPECT_LT(worst, 1.25 * voxel) << name;
+  }
+}
+
 }  // namespace
 }  // namespace isochor
