@@ -1,6 +1,7 @@
 #include "core/rigid/step_contacts.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace isochor {
 namespace {
@@ -118,15 +119,30 @@ void StepContacts::renew(const StepWorld& world, double closed) {
   });
 }
 
-bool StepContacts::watched(const RigidContact& contact, double near) const {
+RigidContact* StepContacts::find_known(const RigidContact& contact, double near) {
   const auto [first, last] = std::equal_range(contacts.begin(), contacts.end(), contact, by_pair);
-  return std::any_of(first, last, [&](const RigidContact& known) {
-    return (known.local_a - contact.local_a).norm() < near || (known.local_b - contact.local_b).norm() < near;
+  const auto known = std::find_if(first, last, [&](const RigidContact& other) {
+    return (other.local_a - contact.local_a).norm() < near || (other.local_b - contact.local_b).norm() < near;
   });
+  return known == last ? nullptr : &*known;
+}
+
+/// Of edges that cross, bodies that turn change the normal.
+bool StepContacts::follow(const StepWorld& world, const RigidContact& contact, std::span<const Pose> poses,
+                          RigidContact& known) const {
+  const Pose &a = poses[index(known.a)], &b = poses[index(known.b)];
+  const double tolerated = 1e-6 * smaller_reach(world.bodies, pair_of(known));
+  if (contact_gap(contact, a, b) - contact.least_gap > contact_gap(known, a, b) - known.least_gap - tolerated)
+    return false;
+  const RigidContact before = std::exchange(known, contact);
+  known.ahead = before.ahead;
+  known.approach = before.approach;
+  known.impulse = before.impulse;
+  return true;
 }
 
 bool StepContacts::complete(const StepWorld& world, std::span<const Pose> predicted) {
-  const std::size_t before = contacts.size();
+  bool changed = false;
   fresh_.clear();
   for (const BodyPair& pair : broad_phase_.pairs()) {
     const BodyRecord &a = world.bodies[index(pair.first)], &b = world.bodies[index(pair.second)];
@@ -137,12 +153,15 @@ bool StepContacts::complete(const StepWorld& world, std::span<const Pose> predic
     if (collide({*a.shape, pose_a}, {*b.shape, pose_b}, -1e-7 * small, impact_.manifold) > 0.0) continue;
     append_contacts(pair, world.bodies, impact_.manifold, pose_a, pose_b, fresh_);
   }
-  for (RigidContact& contact : fresh_) {
+  std::erase_if(fresh_, [&](RigidContact& contact) {
     contact.ahead = true;
     let_emerge(world, contact);
-    if (!watched(contact, 1e-2 * smaller_reach(world.bodies, pair_of(contact)))) contacts.push_back(contact);
-  }
-  if (contacts.size() == before) return false;
+    RigidContact* known = find_known(contact, 1e-2 * smaller_reach(world.bodies, pair_of(contact)));
+    if (known) changed |= follow(world, contact, predicted, *known);
+    return known;
+  });
+  if (!changed && fresh_.empty()) return false;
+  contacts.insert(contacts.end(), fresh_.begin(), fresh_.end());
   std::sort(contacts.begin(), contacts.end(), by_pair);
   return true;
 }

@@ -13,8 +13,8 @@ namespace isochor {
 class StepContacts {
  public:
   void begin(const StepWorld& world, std::span<const BodyPair> jointed);
-  /// Adds the points at which the predicted poses overlap although no contact watches them. True when there
-  /// were any.
+  /// Adds the points at which the predicted poses overlap although no contact watches them, and renews those
+  /// contacts that see them less deep than they are. True when there were any.
   bool complete(const StepWorld& world, std::span<const Pose> predicted);
   /// The contacts at the poses of the step's end: those closer than closed, and those that pressed on the
   /// way.
@@ -27,7 +27,9 @@ class StepContacts {
   void let_emerge(const StepWorld& world, RigidContact& contact) const;
   void find_ahead(const StepWorld& world);
   void continue_from_last();
-  bool watched(const RigidContact& contact, double near) const;
+  RigidContact* find_known(const RigidContact& contact, double near);
+  bool follow(const StepWorld& world, const RigidContact& contact, std::span<const Pose> poses,
+              RigidContact& known) const;
 
   BroadPhase broad_phase_;
   std::vector<BodyPair> apart_;     ///< pairs that do not touch at the start

@@ -11,7 +11,7 @@ constexpr double position_tolerance = 1e-10;  // metres (radians) left at the en
 constexpr double closed_gap = 1e-7;           // metres: contacts that near take part in the velocities' stage
 constexpr double slop = 1e-6;                 // metres: bodies that near touch
 constexpr double turn_a_step = 0.15, swing_a_step = 0.5;  // radians, of rotation and of phase
-constexpr int max_newton_rounds = 30, max_completions = 4;
+constexpr int max_newton_rounds = 30, max_completions = 8;
 
 double rate(const ConstraintRow& row, std::span<const BodyRecord> bodies) {
   const BodyRecord &a = bodies[index(row.a)], &b = bodies[index(row.b)];
