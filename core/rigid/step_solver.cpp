@@ -228,7 +228,7 @@ Eigen::Matrix<double, 6, 6> StepSolver::compliance(int body) {
   SolverBody& pushed = solver_bodies_[index(body)];
   for (int direction = 0; direction < 6; ++direction) {
     (direction < 3 ? pushed.impulse : pushed.angular_impulse)[direction % 3] = 1.0;
-    solver_.respond(set_, solver_bodies_);
+    solver_.respond(solver_bodies_);
     result.col(direction) << pushed.inverse_mass * pushed.impulse,
         pushed.inverse_inertia * pushed.angular_impulse;
     for (SolverBody& b : solver_bodies_) b.impulse = b.angular_impulse = Vec3::Zero();
