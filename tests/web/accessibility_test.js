@@ -111,6 +111,39 @@ test('touch: one finger orbits, two zoom, one on the body drags it', async () =>
   await page.context().close();
 });
 
+test('touch: a second finger takes the first one off the body, and both zoom', async () => {
+  const page = await suite.open({hasTouch: true, width: 1160, height: 640});
+  const finger = await page.context().newCDPSession(page);
+  const touch = (type, ...points) => finger.send('Input.dispatchTouchEvent', {type, touchPoints: points.map(([x, y, id]) => ({x, y, id}))});
+  await page.getByRole('button', {name: 'Step (.)'}).click();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  const view = await page.locator('canvas.view').boundingBox(), x = view.x + view.width / 2;
+  let y = view.y + 0.3 * view.height;
+  while (await page.locator('canvas.view').evaluate(canvas => canvas.style.cursor) !== 'grab') {
+    assert.ok((y += 10) < view.y + view.height, 'the body stands in the middle');
+    await page.mouse.move(x, y);
+  }
+  const grabs = [];
+  page.on('request', request => request.url().includes('/grabs/') && grabs.push(request.method()));
+  await touch('touchStart', [x, y, 0]);
+  await touch('touchMove', [x + 30, y, 0]);
+  await eventually(() => Promise.resolve(grabs), all => all.includes('PUT'), 'grabbed');
+  await touch('touchStart', [x + 30, y, 0], [x + 60, y, 1]);
+  await eventually(() => Promise.resolve(grabs), all => all.at(-1) === 'DELETE', 'let go');
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();  // as before the grab
+  const put = grabs.length, before = await look_at_rest(page);
+  await touch('touchMove', [x - 40, y, 0], [x + 130, y, 1]);
+  await eventually(() => look(page), s => s.sum !== before.sum, 'the view zooms');
+  await touch('touchEnd');
+  assert.equal(grabs.length, put, grabs.join());
+  await touch('touchStart', [x, y, 0]);
+  await eventually(() => Promise.resolve(grabs), all => all.length > put, 'the next finger grabs again');
+  await touch('touchEnd');
+  await eventually(() => Promise.resolve(grabs), all => all.at(-1) === 'DELETE', 'let go again');
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('every control is reached by Tab and shows its focus', async () => {
   const page = await suite.open();
   const unreachable = await page.evaluate(() => [...document.querySelectorAll('button, input, select, summary, canvas')]

@@ -21,9 +21,14 @@ export class CameraControls {
   down(event) {
     if (!this.enabled || event.defaultPrevented) return;
     this.element.setPointerCapture(event.pointerId);
-    this.pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+    this.take(event);
     this.moving = false;
     this.panning = event.button !== 0 || event.shiftKey;
+  }
+
+  /// From where a pointer stands that is down.
+  take({pointerId, clientX, clientY}) {
+    this.pointers.set(pointerId, {x: clientX, y: clientY});
   }
 
   move(event) {

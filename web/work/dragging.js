@@ -10,6 +10,7 @@ export const dragging = app => {
   const sender = newest_wins(app);
 
   canvas.addEventListener('pointerdown', event => {
+    if (drag?.pointer !== undefined) return give_to_camera();  // a second finger: both move the camera
     if (event.button !== 0 || event.altKey || event.shiftKey || !simulation.id || drag) return;
     const hit = app.pick_sim(viewport.ray(event));
     if (!hit || hit.body.shape?.plane) return;
@@ -17,17 +18,19 @@ export const dragging = app => {
     canvas.setPointerCapture(event.pointerId);
     begin(hit);
     app.grabbed_by_pointer = true;
-    drag.pointer = event.pointerId;
+    Object.assign(drag, {pointer: event.pointerId, last: event});
     canvas.style.cursor = 'grabbing';
   }, {capture: true});
   canvas.addEventListener('pointermove', event => {
     if (!drag) return void hover(app, event);
     if (event.pointerId !== drag.pointer) return;
+    drag.last = event;
     const point = viewport.ray(event).intersectPlane(drag.plane, new THREE.Vector3());
     if (point) move_to(point);
   });
   for (const name of ['pointerup', 'pointercancel']) canvas.addEventListener(name, event => {
-    if (drag && event.pointerId === drag.pointer) setTimeout(() => app.grabbed_by_pointer = false), release();
+    setTimeout(() => app.grabbed_by_pointer = false);
+    if (drag && event.pointerId === drag.pointer) release();
   });
 
   const begin = hit => {
@@ -52,6 +55,12 @@ export const dragging = app => {
       const position = drag.pose.slice(0, 3).map((x, axis) => Number((x + point.getComponent(axis) - drag.start.getComponent(axis)).toFixed(4)));
       store.preview({[`scene.bodies.${drag.body.id}.position`]: position}, `move ${drag.body.name}`);
     }
+  };
+  const give_to_camera = () => {
+    const {last, started} = drag;
+    release();
+    started?.then(app.toggle_play);
+    viewport.controls.take(last);
   };
   const release = () => {
     if (drag.vertex !== undefined) sender.send('DELETE', `/simulations/${simulation.id}/grabs/1`);
