@@ -98,11 +98,16 @@ ContactDirections directions_of(const ParticleContact& contact) {
   for (int a = 0; a < basis.size; ++a)
     for (int b = 0; b < basis.size; ++b)
       gram(a, b) = contact.plane[kept[a]].normal.dot(contact.plane[kept[b]].normal);
+  directions.normal_space = Eigen::Matrix3d::Identity() - basis.projector();
+  if (basis.size == 1) {  // nearly all
+    const Vec3& normal = contact.plane[kept[0]].normal;
+    directions.dual[kept[0]] = (1.0 / normal.dot(normal)) * normal;
+    return directions;
+  }
   const Eigen::Matrix3d inverse = gram.inverse();
   for (int a = 0; a < basis.size; ++a)
     for (int b = 0; b < basis.size; ++b)
       directions.dual[kept[a]] += inverse(a, b) * contact.plane[kept[b]].normal;
-  directions.normal_space = Eigen::Matrix3d::Identity() - basis.projector();
   return directions;
 }
 
