@@ -26,7 +26,7 @@ class BodyReader {
       fields.read("name", body.name);
       fields.read("position", body.position, coordinate);
       fields.read("orientation", body.orientation);
-      fields.read("scale", body.scale, {1e-6, 1e6});
+      fields.read("scale", body.scale, {1e-12, 1e12});  // whatever the unit of its mesh
       fields.read("velocity", body.velocity, speed);
       fields.read("angular_velocity", body.angular_velocity, speed);
       fields.read("friction", body.friction, {0.0, 1e3});

@@ -74,6 +74,18 @@ test('a menu that Tab leaves is closed', async () => {
   await page.context().close();
 });
 
+test('Space plays and pauses while a slider holds the focus', async () => {
+  const page = await suite.open(small);
+  await go_to(page, 'Cells');
+  await page.keyboard.press(' ');
+  await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
+  await go_to(page, 'Frame');
+  await page.keyboard.press(' ');
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('the keys of its kind operate every switch, choice, slider and number', async () => {
   const page = await suite.open(small);
   const tried = {};

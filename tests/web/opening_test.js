@@ -141,6 +141,19 @@ test('units, up axis and fit place the body in the world', async () => {
   await page.context().close();
 });
 
+test('meshes of huge and of tiny units are fitted and simulated', async () => {
+  const page = await suite.open();
+  for (const [name, unit] of [['huge.obj', 2e8], ['tiny.obj', 2e-8]]) {
+    await choose(page, name, cube.replace(/(?<=^v.*)-?[\d.]+/gm, x => x * unit));
+    await eventually(() => fact(page, 'Vertices'), n => n === 8, 'the cube');
+    await page.locator('.transport .time').filter({hasText: 'ready to play'}).waitFor();
+    await page.getByRole('button', {name: 'Step (.)'}).click();
+    await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  }
+  no_complaints(page);
+  await page.context().close();
+});
+
 const scene_of_meshes = JSON.stringify({name: 'landing', duration: null, frame_rate: 60, gravity: [0, -9.81, 0], bodies: [
   {name: 'cube', type: 'deformable', mesh: 'meshes/dice.obj', meshing: {voxels: 32, cells: 6}, position: [0, 2, 0], density: 300,
     edge_stiffness: 3000, diagonal_stiffness: 1000},

@@ -75,6 +75,6 @@ const typing_text = element => element.matches?.('input[type=number], input[type
 /// Keys that the focused control uses itself.
 function typing({target, key}) {
   if (typing_text(target) || target.matches?.('select')) return true;
-  if (key === ' ') return Boolean(target.closest?.('button, summary, input, a'));
+  if (key === ' ') return Boolean(target.closest?.('button, summary, input:not([type=range]), a'));
   return target.matches?.('input[type=range]') && ['Home', ',', '.'].includes(key);
 }
