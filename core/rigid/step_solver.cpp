@@ -12,6 +12,8 @@ constexpr double closed_gap = 1e-7;           // metres: contacts that near take
 constexpr double slop = 1e-6;                 // metres: bodies that near touch
 constexpr double turn_a_step = 0.15, swing_a_step = 0.5;  // radians, of rotation and of phase
 constexpr int max_newton_rounds = 30, max_completions = 8;
+/// So many rounds that gain nothing are the last: contacts that oppose each other leave no way out.
+constexpr int patience = 8;
 
 double rate(const ConstraintRow& row, std::span<const BodyRecord> bodies) {
   const BodyRecord &a = bodies[index(row.a)], &b = bodies[index(row.b)];
@@ -173,11 +175,13 @@ void StepSolver::warm_start(std::span<BodyRecord> bodies, Stage stage) {
 void StepSolver::newton(std::span<BodyRecord> bodies, Stage stage) {
   const double tolerance = position_tolerance / h_;
   double best = 1e300;
+  int in_vain = 0;
   for (int round = 0; round <= max_newton_rounds; ++round) {
     const double left = violation(bodies, stage);
+    in_vain = left < 0.99 * best ? 0 : in_vain + 1;
     if (left < best) best = left, remember(bodies);
     if (left <= tolerance) return;
-    if (round == max_newton_rounds || !(left < 1e3 * best)) break;
+    if (round == max_newton_rounds || in_vain == patience || !(left < 1e3 * best)) break;
     ++metrics_.iterations;
     if (stage == Stage::positions) {
       load_bodies(bodies, 0.5);
