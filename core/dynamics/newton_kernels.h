@@ -116,6 +116,13 @@ struct Products {
   double with_itself, with_residual;  ///< image·preconditioned, image·(preconditioned residual)
 };
 
+/// Checkerboards that are added to what the diagonal preconditions: sign·height of a slot's block; none where
+/// there are no heights.
+struct CheckerboardHeights {
+  const std::int32_t* blocks;
+  const float *signs, *heights;
+};
+
 /// Points in double, lengths to be taken in units of 1/inverse_length; sign as for CellKernels.
 struct Cells {
   Runs runs;
@@ -144,8 +151,9 @@ struct StencilKernels {
   /// before.
   void (*combine)(Runs runs, const EarlierDirections& earlier, const float* factors, const float* z,
                   Direction direction, const float* scale, float* scaled);
-  /// preconditioned = scale·preconditioned.
-  Products (*precondition)(Runs runs, Direction direction, const float* scale, const float* z);
+  /// preconditioned = scale·preconditioned, and the checkerboards.
+  Products (*precondition)(Runs runs, Direction direction, const float* scale, const float* z,
+                           const CheckerboardHeights& added);
   /// solution += alpha·search, residual −= alpha·image, z −= alpha·preconditioned; returns max |residual|.
   float (*advance)(Runs runs, float alpha, Direction direction, float* solution, float* residual, float* z);
   void (*multiply)(const SmallProduct& product);

@@ -63,7 +63,7 @@ class NewtonProjector final : public VolumeProjector {
     while (errors_.max > target && result.iterations < request.max_iterations) {
       ++result.iterations;
       const double before = errors_.sum_of_squares;
-      const bool moved = step(directions, target);
+      const bool moved = step(directions, target, result);
       slow = errors_.sum_of_squares > slow_contraction * slow_contraction * before ? slow + 1 : 0;
       if (directions == Directions::start && (!moved || slow >= 2)) {
         directions = Directions::current;
@@ -82,7 +82,7 @@ class NewtonProjector final : public VolumeProjector {
   }
 
   /// One damped Newton step; false when no fraction of it lowers the errors.
-  bool step(Directions directions, double target) {
+  bool step(Directions directions, double target, ProjectionResult& result) {
     const double worthwhile = 0.3 * target / errors_.max;
     // A matrix made where errors were e contracts them by about e: good enough for the last step.
     if (directions != linearized_ || linearized_at_ > worthwhile) {
@@ -90,7 +90,8 @@ class NewtonProjector final : public VolumeProjector {
       linearized_ = directions;
       linearized_at_ = errors_.max;
     }
-    system_->solve(std::min(std::max({0.5 * errors_.max, worthwhile, 1e-5}), 0.1));
+    result.linear_iterations +=
+        system_->solve(std::min(std::max({0.5 * errors_.max, worthwhile, 1e-5}), 0.1));
     system_->set_step(directions);
     double t = 1.0;
     for (int halving = 0; halving <= max_halvings; ++halving, t *= 0.5) {

@@ -157,13 +157,22 @@ void combine(Runs runs, const EarlierDirections& earlier, const float* factors, 
     }
 }
 
-Products precondition(Runs runs, Direction direction, const float* scale, const float* z) {
+inline Floats checkerboards(const CheckerboardHeights& added, std::int64_t slot) {
+  float heights[lanes];
+  for (int i = 0; i < lanes; ++i) heights[i] = added.heights[added.blocks[slot + i]];
+  return load(added.signs + slot) * load(heights);
+}
+
+Products precondition(Runs runs, Direction direction, const float* scale, const float* z,
+                      const CheckerboardHeights& added) {
   Floats with_itself{}, with_residual{};
   for (std::int64_t r = 0; r < runs.count; ++r)
     for (std::int64_t s = runs.first[r].begin; s < runs.first[r].end; s += lanes) {
       const Floats image = load(direction.image + s), factor = load(scale + s);
       // Not 0·∞ where there is no cell: a solve that overflowed would spoil all that follow.
-      const Floats scaled = factor > 0.0F ? factor * load(direction.preconditioned + s) : Floats{};
+      Floats scaled = factor * load(direction.preconditioned + s);
+      if (added.heights) scaled += checkerboards(added, s);
+      scaled = factor > 0.0F ? scaled : Floats{};
       store(direction.preconditioned + s, scaled);
       with_itself += image * scaled;
       with_residual += image * load(z + s);
@@ -192,18 +201,18 @@ inline void product_tile(const SmallProduct& p, int row, int column) {
   const float* b = p.b + column;
   for (int k = 0; k < p.inner; ++k, a += p.a_column, b += p.b_row) {
     Floats right[width];
-#pragma GCC unroll 4
+#pragma GCC unroll 8
     for (int j = 0; j < width; ++j) right[j] = load(b + j * lanes);
 #pragma GCC unroll 8
     for (int i = 0; i < height; ++i) {
       const Floats left = broadcast(a[i * p.a_row]);
-#pragma GCC unroll 4
+#pragma GCC unroll 8
       for (int j = 0; j < width; ++j) sums[i][j] += left * right[j];
     }
   }
 #pragma GCC unroll 8
   for (int i = 0; i < height; ++i)
-#pragma GCC unroll 4
+#pragma GCC unroll 8
     for (int j = 0; j < width; ++j) store(p.c + (row + i) * p.c_row + column + j * lanes, sums[i][j]);
 }
 
@@ -217,6 +226,8 @@ inline void product_column(const SmallProduct& p, int column) {
 
 void multiply(const SmallProduct& p) {
   int column = 0;
+  if (p.rows == 1)  // as many sums at a time as it takes to wait for none
+    for (; column + 8 * lanes <= p.columns; column += 8 * lanes) product_tile<1, 8>(p, 0, column);
   for (; column + 2 * lanes <= p.columns; column += 2 * lanes) product_column<2>(p, column);
   for (; column < p.columns; column += lanes) product_column<1>(p, column);
 }

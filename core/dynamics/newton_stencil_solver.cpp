@@ -48,16 +48,17 @@ void StencilSolver::set_scale() {
 
 /// In units of one product of the fast diagonalisation.
 double StencilSolver::cost_of_iteration() const {
-  constexpr double of_a_slot = 200.0;  // bound by memory, as measured
+  constexpr double of_a_slot = 200.0, of_a_block_pair = 3.0;  // bound by memory, as measured
   std::int64_t slots = 0;
   for (const LatticeLayout::Slab& slab : layout_.slabs)
     for (const Run& run : slab.cells) slots += run.end - run.begin;
-  return of_a_slot * static_cast<double>(slots) + (box_ ? box_->products() : 0.0);
+  return of_a_slot * static_cast<double>(slots) + (box_ ? box_->products() : 0.0) +
+         (checkerboards_ ? of_a_block_pair * checkerboards_->products() : 0.0);
 }
 
 void StencilSolver::choose_preconditioner(const double* errors) {
   if (!box_) return;
-  constexpr double tolerance = 1e-6;  // where the diagonal stalls, if anywhere
+  constexpr double tolerance = 1e-4;  // as Newton steps ask for; in float neither goes much further
   const double with_box = solve(errors, tolerance) * cost_of_iteration();
   std::optional<FastDiagonalization> box = std::move(box_);
   box_.reset();
@@ -65,11 +66,12 @@ void StencilSolver::choose_preconditioner(const double* errors) {
   box_diagonal_ = AlignedArray<float>(layout_.slots);
   for (const std::int32_t slot : layout_.cell_slots) box_diagonal_[slot] = 1.0F;
   set_scale();
-  // On a deformed body, whose matrix is not symmetric, many iterations become too many: at rest the diagonal
-  // must win clearly.
-  const auto affordable = static_cast<int>(0.7 * with_box / cost_of_iteration());
+  checkerboards_.emplace(layout_, stencil_);
+  // Random errors ask more of it, beside the box, than those of a step do.
+  const auto affordable = static_cast<int>(1.3 * with_box / cost_of_iteration());
   solve(errors, tolerance, affordable);
   if (reached_) return;
+  checkerboards_.reset();
   box_ = std::move(box);
   box_diagonal_ = std::move(of_box);
   set_scale();
@@ -105,10 +107,21 @@ void StencilSolver::apply_carriers(const EarlierDirections& earlier, float* imag
   }
 }
 
-/// to = box⁻¹·scaled, or scaled itself. Each slab's part of scaled is made by before(i, slab, scaled) and
-/// that of to used by after(i, slab), while they are in the cache.
+CheckerboardHeights StencilSolver::heights() const {
+  return checkerboards_ ? checkerboards_->heights() : CheckerboardHeights{};
+}
+
+/// to = box⁻¹·scaled, or scaled itself and the checkerboards' heights for the residual that before leaves.
+/// Each slab's part of scaled is made by before(i, slab, scaled) and that of to used by after(i, slab), while
+/// they are in the cache.
 template <class Before, class After>
-void StencilSolver::invert_box(const Before& before, float* to, const After& after) {
+void StencilSolver::invert_box(const Before& before, const float* residual, float* to, const After& after) {
+  if (checkerboards_) {
+    layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) { before(i, slab, to); });
+    checkerboards_->solve(residual);
+    layout_.for_slabs(after);
+    return;
+  }
   if (!box_) {
     layout_.for_slabs([&](std::int64_t i, const LatticeLayout::Slab& slab) {
       before(i, slab, to);
@@ -135,10 +148,10 @@ Products StencilSolver::precondition(const EarlierDirections& earlier, const flo
         stencil_kernels().combine(as_runs(slab.cells), earlier, factors, z_.data(), direction, scale_.data(),
                                   scaled);
       },
-      direction.preconditioned,
+      direction.image, direction.preconditioned,
       [&](std::int64_t i, const LatticeLayout::Slab& slab) {
-        partial_[i].products =
-            stencil_kernels().precondition(as_runs(slab.cells), direction, scale_.data(), z_.data());
+        partial_[i].products = stencil_kernels().precondition(as_runs(slab.cells), direction, scale_.data(),
+                                                              z_.data(), heights());
       });
   Products sum{};
   for (const Partial& partial : partial_) {
@@ -170,9 +183,9 @@ float StencilSolver::start(const double* errors) {
         partial_[i].worst = stencil_kernels().start(as_runs(slab.cells), errors, scale_.data(),
                                                     solution_.data(), residual_.data(), scaled);
       },
-      z_.data(),
+      residual_.data(), z_.data(),
       [&](std::int64_t, const LatticeLayout::Slab& slab) {
-        stencil_kernels().precondition(as_runs(slab.cells), first, scale_.data(), z_.data());
+        stencil_kernels().precondition(as_runs(slab.cells), first, scale_.data(), z_.data(), heights());
       });
   return worst_partial();
 }
@@ -207,7 +220,8 @@ int StencilSolver::solve(const double* errors, double tolerance, int most_iterat
 }
 
 std::int64_t StencilSolver::bytes() const {
-  return entries_.bytes() + (6 + 3 * (depth + 1)) * solution_.bytes() + (box_ ? box_->bytes() : 0);
+  return entries_.bytes() + (6 + 3 * (depth + 1)) * solution_.bytes() + (box_ ? box_->bytes() : 0) +
+         (checkerboards_ ? checkerboards_->bytes() : 0);
 }
 
 }  // namespace isochor::newton

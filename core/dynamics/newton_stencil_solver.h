@@ -2,6 +2,7 @@
 #include <optional>
 #include <span>
 
+#include "core/dynamics/newton_checkerboards.h"
 #include "core/dynamics/newton_fast_diagonalization.h"
 
 namespace isochor::newton {
@@ -22,7 +23,7 @@ struct CarrierRows {
 /// is as unsymmetric as the gradients have turned since the start of the step: each direction is made
 /// orthogonal to the last few (truncated GCR [Eisenstat, Elman & Schultz 1983]; with a symmetric matrix one
 /// would do). Preconditioned by fast diagonalisation on the bounding box where that pays, else by the
-/// diagonal.
+/// diagonal and checkerboards.
 class StencilSolver {
  public:
   explicit StencilSolver(const LatticeLayout& layout);
@@ -56,7 +57,8 @@ class StencilSolver {
   void apply(const EarlierDirections& earlier, float* image, double* products);
   void apply_carriers(const EarlierDirections& earlier, float* image, double* products);
   template <class Before, class After>
-  void invert_box(const Before& before, float* to, const After& after);
+  void invert_box(const Before& before, const float* residual, float* to, const After& after);
+  CheckerboardHeights heights() const;
   Products precondition(const EarlierDirections& earlier, const float* factors, const Direction& direction);
   float advance(float alpha, const Direction& direction);
   float worst_partial() const;
@@ -65,6 +67,7 @@ class StencilSolver {
   Stencil stencil_{};
   std::vector<CarrierRows> carriers_;
   std::optional<FastDiagonalization> box_;
+  std::optional<Checkerboards> checkerboards_;  ///< without a box
   AlignedArray<float> entries_, solution_, residual_, scaled_, z_;
   std::vector<Partial> partial_;
   bool reached_ = false;  ///< the last solution its tolerance

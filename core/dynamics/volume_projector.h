@@ -55,6 +55,7 @@ struct ProjectionResult {
   double max_error = 0.0;        ///< largest |V − V0|/V0 of a cell at the end
   std::int64_t worst_cell = -1;  ///< where it did not converge
   int iterations = 0;
+  int linear_iterations = 0;  ///< of all linear solves together
   bool converged = false;
   bool kept_directions =
       true;  ///< false: it fell back to the current gradients, so angular momentum is not kept

@@ -82,6 +82,7 @@ void project(benchmark::State& state) {
   state.counters["cells"] = static_cast<double>(body.mesh.cells.size());
   state.counters["max_error"] = result.max_error;
   state.counters["iterations"] = result.iterations;
+  state.counters["linear_iterations"] = result.linear_iterations;
 }
 
 void add(Solver solver, Shape shape, State start, std::initializer_list<std::int64_t> sizes, int threads) {
