@@ -7,9 +7,7 @@ namespace isochor {
 namespace {
 
 constexpr double same_place = 0.05;  // of the reach: a contact that goes on
-// Bodies placed in each other come out at that rate (1/s) of their depth, or of that part of the smaller
-// reach where they are less deep. Put right at once they would part with the speed depth/h.
-constexpr double emerging_rate = 10.0, shallow = 0.01;
+constexpr double shallow = 0.01;     // of the reach: what is less deep comes out as though it were that deep
 
 bool by_pair(const RigidContact& p, const RigidContact& q) {
   return pair_of(p) < pair_of(q);

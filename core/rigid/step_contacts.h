@@ -8,6 +8,10 @@
 
 namespace isochor {
 
+/// 1/s, of their depth: at that rate bodies placed in each other come out. Put right at once they would part
+/// with the speed depth/h.
+inline constexpr double emerging_rate = 10.0;
+
 /// The contacts of one step: found at its start, or where bodies meet on the way, and completed by what the
 /// predicted poses show. Contacts that last from step to step start from their last impulses.
 class StepContacts {

@@ -56,6 +56,7 @@ void StepSolver::list_pairs(std::vector<BodyPair>& pairs) const {
 void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double h) {
   h_ = h;
   metrics_ = {};
+  const double last_counts = last_h_ > 0.0 && !std::exchange(lost_, false) ? std::min(1.0, h / last_h_) : 0.0;
   found_.begin({bodies, joints_, gravity, h, slop}, jointed_);
   for (RigidContact& contact : found_.contacts) {
     const BodyRecord &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
@@ -65,10 +66,10 @@ void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double
     contact.approach = -normal.dot(a.velocity() + a.angular_velocity().cross(arm_a) - b.velocity() -
                                    b.angular_velocity().cross(arm_b));
     if (contact.approach <= 2.0 * h * gravity.norm()) contact.approach = 0.0;  // resting
-    contact.impulse *= last_h_ > 0.0 ? std::min(1.0, h / last_h_) : 0.0;
+    contact.impulse *= last_counts;
   }
   for (RigidJoint& joint : joints_)
-    for (double& impulse : joint.impulses) impulse *= last_h_ > 0.0 ? std::min(1.0, h / last_h_) : 0.0;
+    for (double& impulse : joint.impulses) impulse *= last_counts;
   for (BodyRecord& body : bodies)
     if (body.dynamic()) body.state.velocity += 0.5 * h * gravity;
   build_rows(bodies);
@@ -174,6 +175,7 @@ void StepSolver::warm_start(std::span<BodyRecord> bodies, Stage stage) {
 
 void StepSolver::newton(std::span<BodyRecord> bodies, Stage stage) {
   const double tolerance = position_tolerance / h_;
+  keep_velocities(bodies, entry_);
   double best = 1e300;
   int in_vain = 0;
   for (int round = 0; round <= max_newton_rounds; ++round) {
@@ -192,13 +194,48 @@ void StepSolver::newton(std::span<BodyRecord> bodies, Stage stage) {
   }
   metrics_.converged = false;
   recall(bodies);
+  if (best * h_ > slop) limit_energy(bodies);
+}
+
+/// Contacts that leave no way out press against each other without end. As much of what they gave as adds no
+/// energy stays, or no more than what is placed in something needs to come out; it is linear in the momenta,
+/// which are kept.
+void StepSolver::limit_energy(std::span<BodyRecord> bodies) {
+  lost_ = true;
+  double deepest = 0.0, emerging = 0.0;
+  for (const RigidContact& contact : found_.contacts)
+    deepest = std::max(deepest, -contact_gap(contact, bodies[index(contact.a)].state.pose,
+                                             bodies[index(contact.b)].state.pose));
+  for (const BodyRecord& body : bodies)
+    if (body.dynamic()) emerging += 0.5 * body.mass * std::pow(emerging_rate * deepest, 2);
+  const auto go = [&](double part) {
+    double energy = 0.0;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      RigidBodyState& state = bodies[i].state;
+      state.velocity = entry_[i][0] + part * (best_velocities_[i][0] - entry_[i][0]);
+      state.angular_momentum = entry_[i][1] + part * (best_velocities_[i][1] - entry_[i][1]);
+      if (state.dynamic()) energy += kinetic_energy(state);
+    }
+    return energy;
+  };
+  const double before = go(0.0), half = go(0.5), after = go(1.0), allowed = std::max(before, emerging);
+  if (after <= allowed) return;
+  // before + b·s + a·s² = allowed
+  const double a = 2.0 * (after + before) - 4.0 * half, b = after - before - a;
+  go((-b + std::sqrt(b * b + 4.0 * a * (allowed - before))) / (2.0 * a));
+}
+
+void StepSolver::keep_velocities(std::span<const BodyRecord> bodies,
+                                 std::vector<std::array<Vec3, 2>>& velocities) {
+  velocities.clear();
+  for (const BodyRecord& body : bodies)
+    velocities.push_back({body.state.velocity, body.state.angular_momentum});
 }
 
 /// The best velocities and impulses so far: a step that does not converge ends with these.
 void StepSolver::remember(std::span<const BodyRecord> bodies) {
-  best_velocities_.clear(), best_impulses_.clear();
-  for (const BodyRecord& body : bodies)
-    best_velocities_.push_back({body.state.velocity, body.state.angular_momentum});
+  best_impulses_.clear();
+  keep_velocities(bodies, best_velocities_);
   for (const ConstraintRow& row : set_.rows) best_impulses_.push_back(row.impulse);
 }
 

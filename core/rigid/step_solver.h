@@ -45,6 +45,9 @@ class StepSolver {
   void newton(std::span<BodyRecord> bodies, Stage stage);
   void remember(std::span<const BodyRecord> bodies);
   void recall(std::span<BodyRecord> bodies);
+  void limit_energy(std::span<BodyRecord> bodies);
+  static void keep_velocities(std::span<const BodyRecord> bodies,
+                              std::vector<std::array<Vec3, 2>>& velocities);
   void store_impulses();
   void measure(std::span<const BodyRecord> bodies);
 
@@ -55,10 +58,11 @@ class StepSolver {
   ImpulseSolver solver_;
   std::vector<SolverBody> solver_bodies_;
   std::vector<Pose> predicted_;
-  std::vector<std::array<Vec3, 2>> best_velocities_;
+  std::vector<std::array<Vec3, 2>> entry_, best_velocities_;  ///< with angular momenta
   std::vector<double> best_impulses_, last_impulses_;
   RigidMetrics metrics_;
   double h_ = 0.0, last_h_ = 0.0;
+  bool lost_ = false;  ///< the last step was left without a solution
 };
 
 }  // namespace isochor
