@@ -253,6 +253,26 @@ TEST(RigidScene, AMeshIsABodyOfItsOwn) {
   EXPECT_GT(bodies->bytes, 2 * 4 * 32 * 32 * 32);  // two distance fields
 }
 
+/// Their contacts oppose each other, and no impulses part them: they may not make energy of that.
+TEST(RigidScene, MeshesPlacedInEachOtherDoNotBurst) {
+  const std::string folder = ISOCHOR_SAMPLES;
+  const auto body = [&](const char* name, const char* mesh, const char* pose) {
+    return fmt::format(
+        R"({{"name":"{}","type":"rigid","mass":1,{},"shape":{{"mesh":{{"file":"{}/meshes/{}",
+            "meshing":{{"voxels":48,"cells":12}}}}}}}})",
+        name, pose, folder, mesh);
+  };
+  const auto simulation = compile_text(fmt::format(
+      R"({{"name":"tangle","duration":1,"frame_rate":60,"gravity":[0,0,0],"bodies":[{},{}]}})",
+      body("table", "table.obj", R"("position":[0,0,0])"),
+      body("tree", "tree.obj", R"("position":[0.05,0.3,0.2],"orientation":[0.6123724,0.6123724,0,0.5])")));
+  Progress quiet;
+  double most = 0.0;
+  while (!simulation->finished()) most = std::max(most, simulation->step(quiet).metrics.kinetic_energy);
+  EXPECT_GT(most, 0.0);
+  EXPECT_LT(most, 5.0);
+}
+
 /// A cube of half a ton between a light crate on the floor and a heavy one: every contact holds at once, and
 /// any number of threads gives the same bits.
 TEST(RigidScene, AMixedStackHoldsUnderExtremeMasses) {
