@@ -1,6 +1,7 @@
 #include "core/scene/surface_collision.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/collision/contact_response.h"
 #include "core/collision/vertex_triangle.h"
@@ -25,9 +26,11 @@ constexpr double rim = 0.05;
 /// Of the triangles that a vertex is behind at the end, the nearest counts that it was in front of by no less
 /// than minus this, in cells: what slides along a surface does not run into its rim.
 constexpr double rim_depth = 0.1;
-/// Contacts lie in the normal cones of both surfaces: the normals of vertex and triangle are opposed by no
-/// less than this (75°). A vertex that slides under a rim does not run into the side above it.
+/// Contacts lie in the normal cones of both surfaces where they can: the normals of vertex and triangle are
+/// opposed by no less than this (75°). A vertex that slides under a rim is held by what is above the side.
 constexpr double opposed = -0.26;
+/// A vertex that starts a substep behind a triangle by no more than this goes through it now, in cells.
+constexpr double at_front = 1e-3;
 constexpr int most_contacts = 3;              ///< of a vertex with one body
 constexpr std::size_t usual_candidates = 32;  ///< of a vertex
 /// Weights may lie outside of the triangle by this much, where the vertex slides over its edge.
@@ -324,20 +327,29 @@ std::optional<Triangle> SurfaceCollision::nearest_front(int owner, std::int32_t 
   const SoftBody& other = soft(first.body);
   const Vec3 from = soft(owner).start_positions.at(vertex), to = soft(owner).positions.at(vertex);
   std::optional<Triangle> nearest;
-  if (entered.faces) nearest = first.corners;
-  double distance = (to - closest_point(to, points_of(other.positions, first.corners))).norm();
+  double distance = std::numeric_limits<double>::infinity();
+  // What lies on a surface to within the slop does not run into the side below it.
+  const double clear = entered.faces ? 0.0 : contact_slop * other.cell_size;
+  if (entered.faces) {
+    nearest = first.corners;
+    distance = (to - closest_point(to, points_of(other.positions, first.corners))).norm();
+  }
   for (const Candidate& candidate : candidates(owner, vertex)) {
     const SurfaceTriangle& triangle = triangles_[candidate.triangle];
     if (triangle.body != first.body || !candidate.faces) continue;
     const TrianglePoints before = points_of(other.start_positions, triangle.corners);
     const TrianglePoints now = points_of(other.positions, triangle.corners);
     const double away = (to - closest_point(to, now)).norm();
-    if (away >= distance || normal_of(now).dot(to - now[0]) >= 0.0 ||
+    if (away >= distance || normal_of(now).dot(to - now[0]) >= clear ||
         normal_of(before).dot(from - before[0]) < -rim_depth * other.cell_size)
       continue;
     distance = away;
     nearest = triangle.corners;
   }
+  if (nearest) return nearest;
+  // A corner that comes sideways meets nothing that faces it, and goes in all the same.
+  const TrianglePoints before = points_of(other.start_positions, first.corners);
+  if (normal_of(before).dot(from - before[0]) >= -at_front * other.cell_size) nearest = first.corners;
   return nearest;
 }
 

@@ -78,7 +78,7 @@ class SurfaceCollision {
   void watch_again();
   std::span<const Candidate> candidates(int owner, std::int32_t vertex) const;
   /// What the vertex is to be in front of: the nearest triangle that faces it, of those that it is behind now
-  /// and came from the front of.
+  /// and came from the front of; where there is none, the one that it has entered in this substep.
   std::optional<Triangle> nearest_front(int owner, std::int32_t vertex, const Candidate& entered) const;
   bool add_contact(int owner, std::int32_t vertex, const Candidate& entered, bool first);
   void follow(std::int32_t index, bool may_move_on);

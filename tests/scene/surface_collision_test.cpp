@@ -131,6 +131,20 @@ TEST_P(SoftStack, ComesToRest) {
 
 INSTANTIATE_TEST_SUITE_P(Of, SoftStack, testing::Values(2, 3));
 
+/// Corners swing sideways into what gives way below them, though no triangle there faces their normals.
+TEST(SoftDrop, KeepsTheCornersOfAStiffBlockOutOfASoftOne) {
+  const char* const soft = R"("edge_stiffness":2000,"diagonal_stiffness":800)";
+  const char* const stiff = R"("edge_stiffness":12000,"diagonal_stiffness":45000)";
+  for (const double offset : {0.0, cell}) {
+    const auto simulation =
+        compile_text(R"({"duration":0.8,"bodies":[)" + ground + "," +
+                     box("soft", Vec3i(3, 2, 5), Vec3(0, 0.3, 0), Vec3::Zero(), soft) + "," +
+                     box("stiff", Vec3i(2, 3, 4), Vec3(offset, 1.2, 0), Vec3::Zero(), stiff) + "]}");
+    Progress quiet;
+    while (!simulation->finished()) expect_held(simulation->step(quiet));
+  }
+}
+
 /// Blocks whose damping asks for 354 substeps a frame, with plates below, between or on them.
 class MixedStack : public testing::TestWithParam<const char*> {};
 TEST_P(MixedStack, GainsNoEnergyAndStaysApart) {
