@@ -28,7 +28,7 @@ Response post_model(Api& api, const Request& request) {
     return Response::json(to_text({{"estimate", estimate_json(estimate(mesh->known.size, wanted.options))}}));
   check_budget(mesh->known.size, wanted.options, api.memory_limit);
   if (wanted.supersedes) api.jobs.cancel(*wanted.supersedes);
-  const auto drawing = wanted.preview && wanted.drawing ? std::make_shared<std::string>() : nullptr;
+  const auto drawing = wanted.drawing ? std::make_shared<std::string>() : nullptr;
   const JobView job = api.jobs.submit(
       "model", [&api, mesh, drawing, precision, options = wanted.options, preview = wanted.preview,
                 budget = wanted.budget_tets](Progress& progress) mutable {
@@ -57,9 +57,12 @@ Response bulk(Api& api, const Request& request, const std::string& what,
   return shared_answer(api, model->id + what, model->id, [&](const TextSink& sink) { encode(*model, sink); });
 }
 
+void need_embedding(const StoredModel& model) {
+  if (!model.model->embedding) refuse(409, "wrong_state", "a preview has no embedding", whole_model);
+}
+
 Response get_embedding(Api& api, const Request& request) {
-  const auto model = api.catalog.model(request.segment("id"));
-  if (!model->model->embedding) refuse(409, "wrong_state", "a preview has no embedding", whole_model);
+  need_embedding(*api.catalog.model(request.segment("id")));
   return bulk(api, request, "/embedding", encode_embedding);
 }
 
@@ -122,6 +125,7 @@ std::string stem_of(const std::string& name) {
 Response get_export(Api& api, const Request& request) {
   const auto stored = api.catalog.model(request.segment("id"));
   const ExportFormat& format = export_format(request.segment("format"));
+  if (format.name == "embedding") need_embedding(*stored);
   const std::string name =
       api.catalog.has_mesh(stored->mesh_id) ? api.catalog.mesh(stored->mesh_id)->name : "";
   const std::string* suffix = request.parameter("file");

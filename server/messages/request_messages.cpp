@@ -134,6 +134,10 @@ ModelRequest read_model_request(std::string_view text) {
   request.preview = reader.choice("quality", {"full", "preview"}).value_or(0) == 1;
   request.drawing = reader.boolean("drawing").value_or(false);
   request.dry_run = reader.boolean("dry_run").value_or(false);
+  if (request.drawing && !request.preview)
+    reader.fault("drawing", "is of previews only: ask for it with the quality preview, or leave it out");
+  if (request.drawing && request.dry_run)
+    reader.fault("drawing", "stands beside dry_run, which makes no model: leave out one of them");
   reader.finish("model");
   return request;
 }

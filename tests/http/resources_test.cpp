@@ -197,8 +197,11 @@ TEST_F(Resources, APreviewBringsItsDrawingAndLeavesOutWhatAsksTheInputAgain) {
     EXPECT_EQ(job["drawing"][name], quality[name]);
   EXPECT_FALSE(result["model"].contains("coverage"));
   EXPECT_FALSE(client_.get("/api/v1/jobs/" + job["id"].get<std::string>()).json().contains("drawing"));
-  EXPECT_EQ(client_.get(path + "/embedding").status, 409);
-  EXPECT_EQ(client_.get(path + "/exports/embedding").status, 422);
+  for (const char* what : {"/embedding", "/exports/embedding"}) {
+    const HttpResponse answer = client_.get(path + what);
+    EXPECT_EQ(answer.status, 409) << what;
+    EXPECT_EQ(answer.json()["detail"], "a preview has no embedding") << answer.body;
+  }
   const json scene = {{"bodies", {{{"name", "b"}, {"type", "deformable"}, {"mesh", id}}}}};
   const json refused =
       client_.finish(client_.send_json("POST", "/api/v1/simulations?wait_ms=10000", scene).json());
@@ -210,6 +213,18 @@ TEST_F(Resources, APreviewBringsItsDrawingAndLeavesOutWhatAsksTheInputAgain) {
   request["quality"] = "preview";
   const json again = client_.finish(client_.send_json("POST", "/api/v1/models", request).json());
   EXPECT_EQ(again["result"]["model_id"], whole["result"]["model_id"]);  // which is there
+}
+
+TEST_F(Resources, ADrawingIsOfPreviewsThatAreMade) {
+  const json request = {{"mesh_id", upload("cube")}, {"params", coarse_}, {"drawing", true}};
+  for (const json& more :
+       {json::object(), json{{"quality", "full"}}, json{{"quality", "preview"}, {"dry_run", true}}}) {
+    json asked = request;
+    asked.update(more);
+    const HttpResponse refused = client_.send_json("POST", "/api/v1/models", asked);
+    EXPECT_EQ(refused.status, 422) << asked;
+    EXPECT_EQ(refused.json()["errors"][0]["pointer"], "/drawing") << refused.body;
+  }
 }
 
 TEST_F(Resources, FaultyParametersAreListedWithTheirRanges) {
