@@ -32,8 +32,7 @@ std::string wall_advice(const Model& model) {
   if (!(wall > 0.0) || cells > most_cells)
     return fmt::format(
         "its walls are about {:.2g} thick, which takes cells of half of that, and the finest are {:.2g}: "
-        "thicken "
-        "the walls, or give its parts one by one",
+        "thicken the walls, or give its parts one by one",
         wall, longest / most_cells);
   if (cells <= model.options.lattice.cells)
     return model.quality.volume > model.enclosed_volume

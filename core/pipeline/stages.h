@@ -30,7 +30,8 @@ class PipelineStages {
   explicit PipelineStages(std::shared_ptr<const TriangleSoup> soup);
   PipelineStages(std::shared_ptr<const TriangleSoup> soup, KnownInput known);
 
-  /// Everything but warnings; the model ends at the lattice when that is empty.
+  /// Everything but warnings, of a shape also without the embedding and what asks the input; the model ends
+  /// at the lattice when that is empty.
   std::shared_ptr<Model> run(const MeshingOptions& options, Progress& progress, Extent extent);
   std::shared_ptr<Model> run_to_lattice(const MeshingOptions& options, Progress& progress);
   const SoupSize& size();
