@@ -138,8 +138,14 @@ test('touch: a second finger takes the first one off the body, and both zoom', a
   assert.equal(grabs.length, put, grabs.join());
   await touch('touchStart', [x, y, 0]);
   await eventually(() => Promise.resolve(grabs), all => all.length > put, 'the next finger grabs again');
-  await touch('touchEnd');
+  await page.locator('[aria-label="Pause (Space)"][aria-busy=false]').dispatchEvent('click');
+  const play = page.getByRole('button', {name: 'Play (Space)'});
+  await play.waitFor();
+  await touch('touchStart', [x, y, 0], [x + 60, y, 1]);
   await eventually(() => Promise.resolve(grabs), all => all.at(-1) === 'DELETE', 'let go again');
+  await look_at_rest(page);
+  assert.ok(await play.isVisible(), 'what was paused stays so');
+  await touch('touchEnd');
   no_complaints(page);
   await page.context().close();
 });

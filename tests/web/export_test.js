@@ -6,7 +6,7 @@ import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {promisify} from 'node:util';
-import {browser_tests, eventually, no_complaints, tets} from './support/browser.js';
+import {browser_tests, eventually, hold_at_preview, no_complaints, tets} from './support/browser.js';
 
 const suite = browser_tests();
 
@@ -46,6 +46,20 @@ test('the dialog names the consumers and gives each its file', async () => {
   const text = bytes.toString();
   assert.match(text, /^\$MeshFormat\n2\.2 0 8/);
   assert.equal(Number(/\$Elements\n(\d+)/.exec(text)[1]), expected);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('what is saved while a preview is shown waits for the whole model', async () => {
+  const page = await suite.open();
+  const release = await hold_at_preview(page, 'Cells', 22);
+  await page.keyboard.press('e');
+  const saved = page.waitForEvent('download');
+  await page.getByRole('button', {name: /Save for engines that skin/}).click();
+  await page.evaluate(() => new Promise(requestAnimationFrame));
+  release();
+  const {tet, count} = JSON.parse(await readFile(await (await saved).path()));
+  assert.ok(count > 0 && tet.length === count, `${count} vertices`);
   no_complaints(page);
   await page.context().close();
 });

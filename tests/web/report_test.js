@@ -5,7 +5,7 @@ import {mkdtemp, readFile, rm, writeFile} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {promisify} from 'node:util';
-import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
+import {browser_tests, eventually, hold_at_preview, no_complaints, status} from './support/browser.js';
 
 const suite = browser_tests();
 const panel = (page, name) => page.getByRole('region', {name, exact: true});
@@ -49,6 +49,23 @@ test('error against run time: a clicked point gives its settings, and a budget p
   await status(page).filter({hasText: 'Taken: newton · '}).waitFor();
   assert.equal(await report.locator('.dot.selected').count(), 1);
   assert.notEqual(await page.getByLabel('Substeps a frame', {exact: true}).inputValue(), 'auto');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('what is measured while a preview is shown is the whole model', async () => {
+  const page = await suite.open({hash: small_cube});
+  const release = await hold_at_preview(page, 'Cells', 5);
+  const report = panel(page, 'Error against run time');
+  const asked = page.waitForRequest(request => request.url().includes('/reports') && request.method() === 'POST');
+  await report.getByRole('button', {name: 'Measure error against run time'}).click();
+  await page.evaluate(() => new Promise(requestAnimationFrame));
+  release();
+  const {mesh} = (await asked).postDataJSON().scene.bodies.find(({type}) => type === 'deformable');
+  const model = await page.evaluate(async id => (await fetch(`./api/v1/models/${id}`)).json(), mesh);
+  assert.ok(model.stages.some(({name}) => name === 'embedding'), JSON.stringify(model.stages));
+  await report.getByRole('button', {name: 'Cancel'}).click();
+  await report.getByRole('button', {name: 'Cancel'}).waitFor({state: 'hidden'});
   no_complaints(page);
   await page.context().close();
 });

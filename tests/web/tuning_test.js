@@ -1,6 +1,6 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
-import {browser_tests, eventually, fact, no_complaints, status, tets, tets_ready} from './support/browser.js';
+import {browser_tests, eventually, fact, move_slider, no_complaints, status, tets, tets_ready} from './support/browser.js';
 import {at_rest} from './support/pixels.js';
 
 let page;
@@ -39,8 +39,10 @@ test('a moving slider is followed by previews, its release by the full model', a
   await page.mouse.down();
   await page.mouse.move(box.x + box.width * 0.05, box.y + box.height / 2, {steps: 3});
   await preview;
+  await badge('Smoothing').filter({hasText: 'stale'}).waitFor();  // for a preview has no embedding
   await page.mouse.up();
   await tets_ready(page);
+  await badge('Smoothing').filter({hasText: / m?s$/}).waitFor();
   assert.ok(await tets(page) < before);
   const most = await fact(page, 'Off the pseudo volume'), mean = await fact(page, 'On average');
   assert.ok(0 < mean && mean < most && most < 1, `${mean} and ${most} diagonals`);
@@ -95,6 +97,29 @@ test('a preview asks for the next and begins its picture before the panels are w
   await tets_ready(page);
   await page.getByRole('button', {name: 'Undo'}).click();
   await eventually(() => tets(page), n => n === made_before, 'the model as it was');
+});
+
+test('a preview that is not wanted any more when its job is told of is cancelled', async () => {
+  const before = await tets(page), path = '**/api/v1/models?*';
+  let let_answer, answer_held;
+  const answered = new Promise(resolve => let_answer = resolve), held = new Promise(resolve => answer_held = resolve);
+  await page.route(path, async route => {
+    if (route.request().postDataJSON().quality !== 'preview') return route.continue();
+    const response = await route.fetch(), job = await response.json();
+    answer_held(job);
+    await answered;
+    await route.fulfill({response, status: 202, json: {...job, status: 'running'}});
+  });
+  const cancelled = page.waitForRequest(request => request.method() === 'DELETE' && request.url().includes('/jobs/'));
+  await move_slider(page, 'Cells', 26);
+  const {id} = await held;
+  await page.getByRole('slider', {name: 'Cells', exact: true}).dispatchEvent('change');
+  let_answer();
+  assert.ok((await cancelled).url().endsWith(`/jobs/${id}`));
+  await eventually(() => tets(page), n => n !== before, 'the whole model');
+  await page.unroute(path);
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(() => tets(page), n => n === before, 'the model as it was');
 });
 
 /// From now on jobs go on for ever, as far as the page is told.

@@ -59,7 +59,7 @@ export const dragging = app => {
   const give_to_camera = () => {
     const {last, started} = drag;
     release();
-    started?.then(app.toggle_play);
+    started?.then(() => app.playback.playing && app.toggle_play());  // unless it was paused meanwhile
     viewport.controls.take(last);
   };
   const release = () => {

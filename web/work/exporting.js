@@ -10,7 +10,8 @@ export const exporting = app => ({
   show_export: () => app.run(() => export_dialog(app)),
   show_help: () => help_dialog(app),
   save_export: name => app.run(async () => {
-    const response = await app.client.request('GET', `/models/${app.meshing.model.id}/exports/${name}`);
+    const {id} = await app.meshing.whole_model();
+    const response = await app.client.request('GET', `/models/${id}/exports/${name}`);
     const [, file] = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition') ?? '') ?? [];
     download(await response.blob(), file ?? `${app.stem()}.${name}`);
     app.say(`Saved ${file ?? name}`);

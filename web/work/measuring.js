@@ -22,9 +22,10 @@ export class Measuring extends EventTarget {
   async scene(size, duration) {
     const {app} = this;
     if (!app.meshing.model) return;
+    const {id} = await app.meshing.whole_model();
     const scene = app.store.get('scene');
     await app.find_meshes(scene);
-    await this.follow({kind: 'scene', scene: {...wire_scene(scene, app.meshing.model.id, app.mesh_of_file), duration}, ...grids[size]});
+    await this.follow({kind: 'scene', scene: {...wire_scene(scene, id, app.mesh_of_file), duration}, ...grids[size]});
   }
 
   /// The stiff and extreme cases.

@@ -1,7 +1,7 @@
 import {load, load_ahead, make_preview} from '../wire/data.js';
 import {precision} from '../wire/decode.js';
 import {sample_path} from './first_requests.js';
-import {finish_job} from '../wire/jobs.js';
+import {cancel_job, finish_job} from '../wire/jobs.js';
 
 export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetrahedra', 'smoothing', 'embedding'];
 
@@ -136,6 +136,7 @@ export class Meshing extends EventTarget {
   async make_model(request, {signal}) {
     if (this.job) request.supersedes = this.job.id;
     const preview = request.drawing && await make_preview(this.client, models_path, request, this.origin);
+    if (preview && signal.aborted) cancel_job(this.client, preview);
     signal.throwIfAborted();
     let job = preview || await this.client.send('POST', models_path, request, {signal});
     this.job = job;
@@ -153,7 +154,8 @@ export class Meshing extends EventTarget {
     if (asked < this.asked || mesh !== this.mesh) return;
     Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
     this.took_ms = performance.now() - this.started;
-    for (const {name, ms, reused} of model.stages) if (this.stages[name]) this.stages[name] = {state: 'fresh', ms, reused};
+    const made = Object.fromEntries(model.stages.map(({name, ms, reused}) => [name, {state: 'fresh', ms, reused}]));
+    for (const name of stage_names) this.stages[name] = made[name] ?? {...this.stages[name], state: 'stale'};  // of a preview
     if (this.abort === abort) this.go_on();  // the server works while this model is drawn
     this.tell('stages');
     this.tell('model');
@@ -177,6 +179,23 @@ export class Meshing extends EventTarget {
     for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';
     this.tell('stages');
     this.tell('progress');
+  }
+
+  /// The model with all its stages, of what was last asked for: a preview will not do, nor one that is being replaced.
+  async whole_model() {
+    if (this.model && !this.preview && !this.busy) return this.model;
+    return new Promise((resolve, reject) => {
+      const check = () => !this.preview && this.model && done(() => resolve(this.model));
+      const fail = () => done(() => reject(this.problem));
+      const done = end => {
+        this.removeEventListener('model', check);
+        this.removeEventListener('problem', fail);
+        end();
+      };
+      this.addEventListener('model', check);
+      this.addEventListener('problem', fail);
+      if (!this.busy) this.request(false);
+    });
   }
 
   async load_voxels() {

@@ -14,7 +14,7 @@ export const playing = app => {
   /// continuing: bodies keep their motion.
   const compile = (continuing = false) => compiling = compile_now(continuing);
   const compile_now = async continuing => {
-    if (!meshing.model || meshing.preview || meshing.busy) await model_ready(meshing);
+    await meshing.whole_model();
     const scene = structuredClone(store.get('scene'));
     await app.find_meshes(scene);
     app.compiled = {scene, model: meshing.model.id};
@@ -136,18 +136,3 @@ export const playing = app => {
     },
   };
 };
-
-function model_ready(meshing) {
-  return new Promise((resolve, reject) => {
-    const check = () => !meshing.preview && meshing.model && done(resolve);
-    const fail = () => done(() => reject(meshing.problem));
-    const done = end => {
-      meshing.removeEventListener('model', check);
-      meshing.removeEventListener('problem', fail);
-      end();
-    };
-    meshing.addEventListener('model', check);
-    meshing.addEventListener('problem', fail);
-    if (!meshing.busy) meshing.request(false);
-  });
-}

@@ -69,6 +69,26 @@ export const newest_run = page => page.evaluate(async () => {
   return simulations.sort((a, b) => age(a) - age(b)).at(-1);
 });
 
+/// A slider as a person holds it: previews follow.
+export const move_slider = (page, name, value) => page.getByRole('slider', {name, exact: true}).evaluate((slider, moved) => {
+  slider.value = moved;
+  slider.dispatchEvent(new Event('input'));
+}, value);
+
+/// Moves a slider and lets it go. The page then has a preview until release(), which lets it ask for the whole model.
+export async function hold_at_preview(page, name, value) {
+  let release;
+  const released = new Promise(resolve => release = resolve);
+  await page.route('**/api/v1/models?*', async route => {
+    if (route.request().postDataJSON().quality === 'full') await released;
+    await route.continue();
+  });
+  await move_slider(page, name, value);
+  await status(page).filter({hasText: /^Preview: /}).waitFor();
+  await page.getByRole('slider', {name, exact: true}).dispatchEvent('change');
+  return release;
+}
+
 /// Waits until read() gives something that passes; returns it.
 export async function eventually(read, passes, what) {
   const end = Date.now() + patience;
