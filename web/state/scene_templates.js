@@ -71,8 +71,8 @@ export const scene_templates = {
     },
   },
   twist: {
-    title: 'Twist', meaning: 'Twisted by half a turn and let go without gravity.',
-    make: (bounds, options) => base('twist', at_height(bounds, options, 0), {edge_stiffness: 300, diagonal_stiffness: 100, start: {twist_deg: 120}}, {gravity: [0, 0, 0]}),
+    title: 'Twist', meaning: 'Twisted by a sixth of a turn and let go without gravity.',
+    make: (bounds, options) => base('twist', at_height(bounds, options, 0), {edge_stiffness: 300, diagonal_stiffness: 100, start: {twist_deg: 60}}, {gravity: [0, 0, 0]}),
   },
 };
 
