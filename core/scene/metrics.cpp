@@ -11,6 +11,8 @@ namespace {
 
 /// In which the volumes here and in the solvers may differ, relative.
 constexpr double round_off = 1e-13;
+/// Of deformable bodies in each other and themselves at the end of a feasible frame, in cells.
+constexpr double promised_depth = 1e-3;
 
 void add_volumes(const World& world, Metrics& metrics) {
   double volume = 0.0, rest = 0.0;
@@ -66,8 +68,11 @@ Metrics measure(const World& world, const StepStats& stats) {
       metrics.max_penetration =
           std::max(metrics.max_penetration, deepest_penetration(soft.body, world.rigid, *soft.contacts));
   }
-  if (world.surfaces)
-    metrics.max_penetration = std::max(metrics.max_penetration, world.surfaces->deepest_penetration(world));
+  if (world.surfaces) {
+    const auto deepest = world.surfaces->deepest_penetration(world);
+    metrics.max_penetration = std::max(metrics.max_penetration, deepest.depth);
+    metrics.feasible &= stats.substeps == 0 || deepest.cells <= promised_depth;
+  }
   return metrics;
 }
 

@@ -22,8 +22,10 @@ struct Metrics {
   std::int64_t contacts = 0;
   int recoveries =
       0;  ///< substeps that needed the inversion rule, or whose contacts no implicit solve balanced
-  int fallbacks = 0;     ///< substeps whose projection left SHAKE's directions
-  bool feasible = true;  ///< false: the tolerance could not be met; worst_cell says where
+  int fallbacks = 0;  ///< substeps whose projection left SHAKE's directions
+  /// False: the tolerance could not be met, worst_cell says where; or deformable bodies are in each other or
+  /// themselves by over 1e-3 of a cell.
+  bool feasible = true;
   double kinetic_energy = 0.0, potential_energy = 0.0;  ///< potential: springs and gravity
   Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();
 };

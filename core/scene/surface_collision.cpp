@@ -448,11 +448,11 @@ double SurfaceCollision::depth_below_surface(int body, int owner, std::int32_t v
   }
 }
 
-double SurfaceCollision::deepest_penetration(const World& world) {
+SurfaceCollision::Penetration SurfaceCollision::deepest_penetration(const World& world) {
   look_at(world);
   hash_triangles(false);
   hash_tets();
-  double deepest = 0.0;
+  Penetration deepest;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const int owner = static_cast<int>(b);
     const SoftBody& body = soft(owner);
@@ -468,7 +468,9 @@ double SurfaceCollision::deepest_penetration(const World& world) {
         if (inside == owner && (!surfaces_[owner].meets_itself || has_corner(corners, vertex))) continue;
         const Coordinates& x = soft(inside).positions;
         if (!is_in_tet(p, x.at(corners[0]), x.at(corners[1]), x.at(corners[2]), x.at(corners[3]))) continue;
-        deepest = std::max(deepest, depth_below_surface(inside, owner, vertex));
+        const double depth = depth_below_surface(inside, owner, vertex);
+        deepest.depth = std::max(deepest.depth, depth);
+        deepest.cells = std::max(deepest.cells, depth / std::min(body.cell_size, soft(inside).cell_size));
       }
     }
   }

@@ -23,9 +23,13 @@ class SurfaceCollision {
   const SurfaceContacts& contacts() const { return contacts_; }
   bool touches(std::size_t body) const { return bodies_[body].touched; }
 
+  struct Penetration {
+    double depth = 0.0;  ///< m
+    double cells = 0.0;  ///< the same in cells, of the body that has the smaller ones
+  };
   /// Deepest surface vertex in a tet of another body, or of its own that it is no corner of, below the
-  /// nearest triangle, m.
-  double deepest_penetration(const World& world);
+  /// nearest triangle.
+  Penetration deepest_penetration(const World& world);
 
   std::int64_t bytes() const;
 

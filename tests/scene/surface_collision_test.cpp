@@ -145,6 +145,23 @@ TEST(SoftDrop, KeepsTheCornersOfAStiffBlockOutOfASoftOne) {
   }
 }
 
+/// What begins within another comes out over some frames, and none of these is called feasible.
+TEST(SoftDrop, CallsNoFrameFeasibleThatLeavesBlocksInEachOther) {
+  const auto simulation =
+      compile_text(R"({"duration":0.1,"gravity":[0,0,0],"bodies":[)" +
+                   box("lower", Vec3i(3, 2, 3), Vec3::Zero(), Vec3::Zero(), lively) + "," +
+                   box("upper", Vec3i(2, 2, 2), Vec3(0.05, 0.45, 0.03), Vec3::Zero(), lively) + "]}");
+  Progress quiet;
+  int deep = 0;
+  while (!simulation->finished()) {
+    const Snapshot frame = simulation->step(quiet);
+    if (frame.metrics.max_penetration <= 1e-3 * cell) continue;
+    ++deep;
+    EXPECT_FALSE(frame.metrics.feasible) << frame.t;
+  }
+  EXPECT_GT(deep, 0);
+}
+
 /// Blocks whose damping asks for 354 substeps a frame, with plates below, between or on them.
 class MixedStack : public testing::TestWithParam<const char*> {};
 TEST_P(MixedStack, GainsNoEnergyAndStaysApart) {
