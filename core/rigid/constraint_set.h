@@ -30,6 +30,7 @@ struct ConstraintBlock {
   int first = 0, count = 0;
   bool contact = false;
   double friction = 0.0;
+  bool idle = false;  ///< no solver changes its impulses
 };
 
 struct ConstraintSet {

@@ -77,6 +77,7 @@ DirectSolver::Equation DirectSolver::equation_of(const ConstraintSet& set, const
 void DirectSolver::choose(const ConstraintSet& set, std::span<const SolverBody> bodies, Sliding sliding) {
   equations_.clear();
   for (const ConstraintBlock& block : set.blocks) {
+    if (block.idle) continue;
     const ConstraintRow* rows = &set.rows[index(block.first)];
     int count = block.count;
     bool sticks = false;

@@ -76,20 +76,23 @@ void ImpulseSolver::prepare(ConstraintSet& set, std::span<const SolverBody> bodi
 
 double ImpulseSolver::violation(const ConstraintSet& set) const {
   double largest = 0.0;
-  for (const ConstraintBlock& block : set.blocks) {
-    const ConstraintRow* rows = &set.rows[index(block.first)];
-    if (block.contact) {
-      raise(largest, contact_violation(rows, block.friction));
-    } else {
-      for (int i = 0; i < block.count; ++i) raise(largest, std::abs(rows[i].residual));
-    }
-  }
+  for (const ConstraintBlock& block : set.blocks)
+    if (!block.idle) raise(largest, violation(set, block));
+  return largest;
+}
+
+double ImpulseSolver::violation(const ConstraintSet& set, const ConstraintBlock& block) const {
+  const ConstraintRow* rows = &set.rows[index(block.first)];
+  if (block.contact) return contact_violation(rows, block.friction);
+  double largest = 0.0;
+  for (int i = 0; i < block.count; ++i) raise(largest, std::abs(rows[i].residual));
   return largest;
 }
 
 double ImpulseSolver::sweep(ConstraintSet& set, std::span<SolverBody> bodies) {
   double change = 0.0;
   for (const ConstraintBlock& block : set.blocks) {
+    if (block.idle) continue;
     ConstraintRow* rows = &set.rows[index(block.first)];
     if (block.contact) {
       change = std::max(change, sweep_contact(rows, block.friction, bodies));

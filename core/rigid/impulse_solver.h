@@ -14,6 +14,7 @@ class ImpulseSolver {
   void prepare(ConstraintSet& set, std::span<const SolverBody> bodies);
   /// Largest violation of the three laws, as a rate.
   double violation(const ConstraintSet& set) const;
+  double violation(const ConstraintSet& set, const ConstraintBlock& block) const;
   /// From residuals taken with the bodies' momenta at zero: changes the impulses and gathers the momenta.
   /// Returns the violation left.
   double solve(ConstraintSet& set, std::span<SolverBody> bodies, double tolerance);

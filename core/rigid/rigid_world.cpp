@@ -130,15 +130,13 @@ int RigidWorld::substeps_for(double h) const {
 /// cases, while contacts of bodies that are in each other hardly ever are.
 int RigidWorld::step(double h) {
   const double end = impl_->time + h;
-  const bool jointed = std::ranges::any_of(impl_->bodies, &BodyRecord::jointed);
-  const int max_halvings = jointed ? 5 : 2;
   int halvings = 0, substeps = 0;
   while (impl_->time < end - 1e-9 * h) {
     const double left = end - impl_->time;
     keep_start();
     begin_step(std::min(left, std::max(left / substeps_for(left), h / 64.0) / (1 << halvings)));
     solve();
-    if (!metrics().converged && halvings < max_halvings) {
+    if (!metrics().converged && halvings < (metrics().gave_up ? 1 : 5)) {
       restore_start();
       ++halvings;
       continue;

@@ -151,15 +151,18 @@ bool StepContacts::complete(const StepWorld& world, std::span<const Pose> predic
     if (collide({*a.shape, pose_a}, {*b.shape, pose_b}, -1e-7 * small, impact_.manifold) > 0.0) continue;
     append_contacts(pair, world.bodies, impact_.manifold, pose_a, pose_b, fresh_);
   }
-  std::erase_if(fresh_, [&](RigidContact& contact) {
+  std::size_t added = 0;
+  for (RigidContact& contact : fresh_) {
     contact.ahead = true;
     let_emerge(world, contact);
     RigidContact* known = find_known(contact, 1e-2 * smaller_reach(world.bodies, pair_of(contact)));
-    if (known) changed |= follow(world, contact, predicted, *known);
-    return known;
-  });
-  if (!changed && fresh_.empty()) return false;
-  contacts.insert(contacts.end(), fresh_.begin(), fresh_.end());
+    if (known)
+      changed |= follow(world, contact, predicted, *known);
+    else
+      fresh_[added++] = contact;
+  }
+  if (!changed && added == 0) return false;
+  contacts.insert(contacts.end(), fresh_.begin(), fresh_.begin() + static_cast<std::ptrdiff_t>(added));
   std::sort(contacts.begin(), contacts.end(), by_pair);
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace isochor {
@@ -56,7 +57,12 @@ void StepSolver::list_pairs(std::vector<BodyPair>& pairs) const {
 void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double h) {
   h_ = h;
   metrics_ = {};
-  const double last_counts = last_h_ > 0.0 && !std::exchange(lost_, false) ? std::min(1.0, h / last_h_) : 0.0;
+  lost_.resize(bodies.size());
+  const auto counts = [&](int a, int b) {
+    const bool lost =
+        (bodies[index(a)].dynamic() && lost_[index(a)]) || (bodies[index(b)].dynamic() && lost_[index(b)]);
+    return last_h_ > 0.0 && !lost ? std::min(1.0, h / last_h_) : 0.0;
+  };
   found_.begin({bodies, joints_, gravity, h, slop}, jointed_);
   for (RigidContact& contact : found_.contacts) {
     const BodyRecord &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
@@ -66,12 +72,13 @@ void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double
     contact.approach = -normal.dot(a.velocity() + a.angular_velocity().cross(arm_a) - b.velocity() -
                                    b.angular_velocity().cross(arm_b));
     if (contact.approach <= 2.0 * h * gravity.norm()) contact.approach = 0.0;  // resting
-    contact.impulse *= last_counts;
+    contact.impulse *= counts(contact.a, contact.b);
   }
   for (RigidJoint& joint : joints_)
-    for (double& impulse : joint.impulses) impulse *= last_counts;
+    for (double& impulse : joint.impulses) impulse *= counts(joint.a, joint.b);
   for (BodyRecord& body : bodies)
     if (body.dynamic()) body.state.velocity += 0.5 * h * gravity;
+  std::ranges::fill(lost_, 0);
   build_rows(bodies);
   warm_start(bodies, Stage::positions);
 }
@@ -132,6 +139,11 @@ void StepSolver::build_rows(std::span<const BodyRecord> bodies) {
       (set_.rows.end() - joint.rows() + i)->impulse = joint.impulses[index(i)];
   }
   for (const RigidContact& contact : found_.contacts) add_contact_rows(contact, bodies);
+  for (ConstraintBlock& block : set_.blocks) {
+    ConstraintRow* rows = &set_.rows[index(block.first)];
+    block.idle = lost_[index(rows->a)] || lost_[index(rows->b)];
+    for (int i = 0; block.idle && i < block.count; ++i) rows[i].impulse = 0.0;
+  }
   solver_.prepare(set_, solver_bodies_);
 }
 
@@ -173,16 +185,24 @@ void StepSolver::warm_start(std::span<BodyRecord> bodies, Stage stage) {
   if (!(violation(bodies, stage) < cold)) recall(bodies);
 }
 
+/// Contacts that leave no way out press against each other without end: the group of bodies that is farthest
+/// from a solution is given up for this step, and the others are solved without it.
 void StepSolver::newton(std::span<BodyRecord> bodies, Stage stage) {
+  while (!(iterate(bodies, stage) * h_ <= slop)) give_up_worst(bodies, stage);
+}
+
+/// Returns the violation of the best round, with which it ends.
+double StepSolver::iterate(std::span<BodyRecord> bodies, Stage stage) {
   const double tolerance = position_tolerance / h_;
   keep_velocities(bodies, entry_);
+  keep_impulses(entry_impulses_);
   double best = 1e300;
   int in_vain = 0;
   for (int round = 0; round <= max_newton_rounds; ++round) {
     const double left = violation(bodies, stage);
     in_vain = left < 0.99 * best ? 0 : in_vain + 1;
     if (left < best) best = left, remember(bodies);
-    if (left <= tolerance) return;
+    if (left <= tolerance) return left;
     if (round == max_newton_rounds || in_vain == patience || !(left < 1e3 * best)) break;
     ++metrics_.iterations;
     if (stage == Stage::positions) {
@@ -194,35 +214,110 @@ void StepSolver::newton(std::span<BodyRecord> bodies, Stage stage) {
   }
   metrics_.converged = false;
   recall(bodies);
-  if (best * h_ > slop) limit_energy(bodies);
+  return best;
 }
 
-/// Contacts that leave no way out press against each other without end. As much of what they gave as adds no
-/// energy stays, or no more than what is placed in something needs to come out; it is linear in the momenta,
-/// which are kept.
-void StepSolver::limit_energy(std::span<BodyRecord> bodies) {
-  lost_ = true;
-  double deepest = 0.0, emerging = 0.0;
-  for (const RigidContact& contact : found_.contacts)
-    deepest = std::max(deepest, -contact_gap(contact, bodies[index(contact.a)].state.pose,
-                                             bodies[index(contact.b)].state.pose));
-  for (const BodyRecord& body : bodies)
-    if (body.dynamic()) emerging += 0.5 * body.mass * std::pow(emerging_rate * deepest, 2);
-  const auto go = [&](double part) {
-    double energy = 0.0;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      RigidBodyState& state = bodies[i].state;
-      state.velocity = entry_[i][0] + part * (best_velocities_[i][0] - entry_[i][0]);
-      state.angular_momentum = entry_[i][1] + part * (best_velocities_[i][1] - entry_[i][1]);
-      if (state.dynamic()) energy += kinetic_energy(state);
+void StepSolver::give_up_worst(std::span<BodyRecord> bodies, Stage stage) {
+  violation(bodies, stage);
+  find_groups(bodies);
+  const ConstraintBlock* worst = nullptr;
+  double most = 0.0;
+  for (const ConstraintBlock& block : set_.blocks) {
+    if (block.idle) continue;
+    const double violated = solver_.violation(set_, block);
+    if (!worst || !(violated <= most)) worst = &block, most = violated;
+  }
+  const int group = group_of(*worst, bodies);
+  limit_energy(bodies, group);
+  metrics_.gave_up |= std::ranges::none_of(set_.blocks, [&](const ConstraintBlock& block) {
+    return !block.contact && group_of(block, bodies) == group;
+  });
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (groups_[i] == group) {
+      lost_[i] = 1;
+    } else {
+      bodies[i].state.velocity = entry_[i][0];
+      bodies[i].state.angular_momentum = entry_[i][1];
     }
-    return energy;
+  }
+  for (ConstraintBlock& block : set_.blocks) {
+    if (group_of(block, bodies) == group)
+      block.idle = true;
+    else
+      for (int i = block.first; i < block.first + block.count; ++i)
+        set_.rows[index(i)].impulse = entry_impulses_[index(i)];
+  }
+}
+
+void StepSolver::find_groups(std::span<const BodyRecord> bodies) {
+  groups_.resize(bodies.size());
+  std::iota(groups_.begin(), groups_.end(), 0);
+  const auto root = [&](int body) {
+    while (groups_[index(body)] != body) body = groups_[index(body)];
+    return body;
   };
-  const double before = go(0.0), half = go(0.5), after = go(1.0), allowed = std::max(before, emerging);
-  if (after <= allowed) return;
-  // before + b·s + a·s² = allowed
-  const double a = 2.0 * (after + before) - 4.0 * half, b = after - before - a;
-  go((-b + std::sqrt(b * b + 4.0 * a * (allowed - before))) / (2.0 * a));
+  for (const ConstraintRow& row : set_.rows)
+    if (bodies[index(row.a)].dynamic() && bodies[index(row.b)].dynamic())
+      groups_[index(root(row.a))] = root(row.b);
+  for (std::size_t i = 0; i < bodies.size(); ++i) groups_[i] = root(static_cast<int>(i));
+}
+
+/// That of the dynamic one of its bodies.
+int StepSolver::group_of(const ConstraintBlock& block, std::span<const BodyRecord> bodies) const {
+  const ConstraintRow& row = set_.rows[index(block.first)];
+  return groups_[index(bodies[index(row.a)].dynamic() ? row.a : row.b)];
+}
+
+/// Of what its impulses have given as much stays as adds no energy, or no more than takes the bodies out of
+/// each other or along with what moves by itself. Momentum is kept.
+void StepSolver::limit_energy(std::span<BodyRecord> bodies, int group) {
+  const auto speed_of = [](const BodyRecord& body, const Vec3& local) {
+    return body.dynamic() ? 0.0 : body.velocity().norm() + body.angular_velocity().norm() * local.norm();
+  };
+  double speed = 0.0, before = 0.0, after = 0.0, change = 0.0, allowed = 0.0;
+  for (const RigidContact& contact : found_.contacts) {
+    const BodyRecord &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
+    if (groups_[index(a.dynamic() ? contact.a : contact.b)] != group) continue;
+    const double depth = std::max(0.0, -contact_gap(contact, a.state.pose, b.state.pose));
+    speed =
+        std::max(speed, emerging_rate * depth + speed_of(a, contact.local_a) + speed_of(b, contact.local_b));
+  }
+  const auto energy_of = [&](std::size_t i, const std::array<Vec3, 2>& velocities) {
+    RigidBodyState state = bodies[i].state;
+    state.velocity = velocities[0];
+    state.angular_momentum = velocities[1];
+    return kinetic_energy(state);
+  };
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (groups_[i] != group || !bodies[i].dynamic()) continue;
+    const std::array<Vec3, 2> given{best_velocities_[i][0] - entry_[i][0],
+                                    best_velocities_[i][1] - entry_[i][1]};
+    before += energy_of(i, entry_[i]);
+    after += energy_of(i, best_velocities_[i]);
+    change += energy_of(i, given);
+    allowed += 0.5 * bodies[i].mass * speed * speed;
+  }
+  allowed = std::max(allowed, before);
+  if (!(after > allowed) || !(change > 0.0)) return;
+  // before + b·part + change·part² = allowed
+  const double b = after - before - change;
+  const double part =
+      std::clamp((-b + std::sqrt(b * b + 4.0 * change * (allowed - before))) / (2.0 * change), 0.0, 1.0);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (groups_[i] != group || !bodies[i].dynamic()) continue;
+    bodies[i].state.velocity = entry_[i][0] + part * (best_velocities_[i][0] - entry_[i][0]);
+    bodies[i].state.angular_momentum = entry_[i][1] + part * (best_velocities_[i][1] - entry_[i][1]);
+  }
+  for (const ConstraintBlock& block : set_.blocks)
+    if (group_of(block, bodies) == group)
+      for (int i = block.first; i < block.first + block.count; ++i)
+        set_.rows[index(i)].impulse =
+            entry_impulses_[index(i)] + part * (best_impulses_[index(i)] - entry_impulses_[index(i)]);
+}
+
+void StepSolver::keep_impulses(std::vector<double>& impulses) const {
+  impulses.clear();
+  for (const ConstraintRow& row : set_.rows) impulses.push_back(row.impulse);
 }
 
 void StepSolver::keep_velocities(std::span<const BodyRecord> bodies,
@@ -234,9 +329,8 @@ void StepSolver::keep_velocities(std::span<const BodyRecord> bodies,
 
 /// The best velocities and impulses so far: a step that does not converge ends with these.
 void StepSolver::remember(std::span<const BodyRecord> bodies) {
-  best_impulses_.clear();
   keep_velocities(bodies, best_velocities_);
-  for (const ConstraintRow& row : set_.rows) best_impulses_.push_back(row.impulse);
+  keep_impulses(best_impulses_);
 }
 
 void StepSolver::recall(std::span<BodyRecord> bodies) {

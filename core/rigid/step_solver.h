@@ -45,7 +45,12 @@ class StepSolver {
   void newton(std::span<BodyRecord> bodies, Stage stage);
   void remember(std::span<const BodyRecord> bodies);
   void recall(std::span<BodyRecord> bodies);
-  void limit_energy(std::span<BodyRecord> bodies);
+  double iterate(std::span<BodyRecord> bodies, Stage stage);
+  void give_up_worst(std::span<BodyRecord> bodies, Stage stage);
+  void find_groups(std::span<const BodyRecord> bodies);
+  int group_of(const ConstraintBlock& block, std::span<const BodyRecord> bodies) const;
+  void limit_energy(std::span<BodyRecord> bodies, int group);
+  void keep_impulses(std::vector<double>& impulses) const;
   static void keep_velocities(std::span<const BodyRecord> bodies,
                               std::vector<std::array<Vec3, 2>>& velocities);
   void store_impulses();
@@ -59,10 +64,11 @@ class StepSolver {
   std::vector<SolverBody> solver_bodies_;
   std::vector<Pose> predicted_;
   std::vector<std::array<Vec3, 2>> entry_, best_velocities_;  ///< with angular momenta
-  std::vector<double> best_impulses_, last_impulses_;
+  std::vector<double> entry_impulses_, best_impulses_, last_impulses_;
+  std::vector<int> groups_;         ///< of bodies that rows connect, by one of them
+  std::vector<std::uint8_t> lost_;  ///< bodies that this step has given up, or the last one had
   RigidMetrics metrics_;
   double h_ = 0.0, last_h_ = 0.0;
-  bool lost_ = false;  ///< the last step was left without a solution
 };
 
 }  // namespace isochor
