@@ -7,6 +7,7 @@
 
 #include "core/collision/pair_tests.h"
 #include "core/common/error.h"
+#include "core/parallel/cancel_scope.h"
 
 namespace isochor {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 constexpr float far = 1e15F;
 /// Those spread evenly over the surface, and those farthest out in so many directions. Without the latter
 /// what stands on a corner sinks in by up to four voxels; with them by one.
-constexpr std::size_t most_samples = 2000, directions = 1000;
+constexpr std::size_t spread_samples = 2000, directions = 1000;
 
 /// Lower envelope of the parabolas (x − i)² + f[i] along a line of voxels [Felzenszwalb & Huttenlocher 2012].
 void transform_line(std::vector<float>& f, std::vector<int>& hull, std::vector<float>& border,
@@ -153,14 +154,17 @@ void CollisionMesh::sample(const PseudoVolume& pseudo_volume) {
     const SurfaceQuery q = query(p);
     samples_.push_back(p - q.distance * q.normal);
   });
-  if (samples_.size() > most_samples) thin_samples(tips);
+  if (samples_.size() > spread_samples) thin_samples(tips);
 }
 
 void CollisionMesh::thin_samples(std::span<const std::size_t> tips) {
-  const std::size_t every = (samples_.size() + most_samples - 1) / most_samples;
+  const std::size_t every = (samples_.size() + spread_samples - 1) / spread_samples;
   std::vector<std::uint8_t> kept(samples_.size());
   for (std::size_t i = 0; i < kept.size(); i += every) kept[i] = 1;
-  for (std::size_t d = 0; d < directions; ++d) kept[farthest(samples_, tips, spread_direction(d))] = 1;
+  for (std::size_t d = 0; d < directions; ++d) {
+    throw_if_scope_cancelled();
+    kept[farthest(samples_, tips, spread_direction(d))] = 1;
+  }
   std::size_t count = 0;
   for (std::size_t i = 0; i < kept.size(); ++i)
     if (kept[i]) samples_[count++] = samples_[i];

@@ -23,7 +23,7 @@ struct CarrierRows {
 /// is as unsymmetric as the gradients have turned since the start of the step: each direction is made
 /// orthogonal to the last few (truncated GCR [Eisenstat, Elman & Schultz 1983]; with a symmetric matrix one
 /// would do). Preconditioned by fast diagonalisation on the bounding box where that pays, else by the
-/// diagonal and checkerboards.
+/// diagonal and checkerboards; by the diagonal alone beyond 256 cells an axis.
 class StencilSolver {
  public:
   explicit StencilSolver(const LatticeLayout& layout);

@@ -6,8 +6,9 @@
 namespace isochor {
 
 /// Impulses that meet 0 ≤ λ_n ⟂ rate_n ≥ 0, |λ_t| ≤ μλ_n against the sliding, and rate = 0 for joints.
-/// Sequential impulses [Bender & Schmitt 2006] find which contacts press and which stick; a direct solve of
-/// those equations removes the error that sequential impulses would take mass ratio × contacts sweeps for.
+/// Sequential impulses [Bender & Schmitt 2006] find which contacts press, stick and slide; direct solves of
+/// those equations, in which more may slide or part, remove the error that sequential impulses would take
+/// mass ratio × contacts sweeps for.
 class ImpulseSolver {
  public:
   /// Spins and inverse masses of the rows, whenever their directions have changed.

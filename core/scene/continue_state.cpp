@@ -20,6 +20,7 @@ void continue_body(SceneSoftBody& soft, const SceneSoftBody& before) {
   soft.energy_ledger = before.energy_ledger;
   soft.kick_due = before.kick_due;
   soft.inverted = before.inverted;
+  soft.started = before.started;
   soft.forces_valid = false;
 }
 

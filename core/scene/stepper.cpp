@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/dynamics/rigid_part.h"
 #include "core/scene/surface_collision.h"
@@ -65,7 +66,7 @@ StepStats Stepper::frame(double seconds, const Progress& progress) {
   const double h = seconds / world_.substeps, asked = asked_tolerance();
   stats_.smallest_h = h;
   bool rough = false;
-  if (starting_) start();
+  start();
   for (int s = 0; s < world_.substeps; ++s) {
     progress.throw_if_cancelled();
     tolerance_ = s + 1 < world_.substeps ? tolerance_within_frame(h) : asked;
@@ -82,10 +83,10 @@ StepStats Stepper::frame(double seconds, const Progress& progress) {
 
 // In a substep they would make speeds of error·cell/h: a cube stretched by 5 % had 60 times its energy.
 void Stepper::start() {
-  starting_ = false;
   Substep step{world_, stats_, at_leisure, asked_tolerance()};
   step.held = true;
   for (SceneSoftBody& soft : world_.soft) {
+    if (std::exchange(soft.started, true)) continue;
     if (!soft.inverted && volume_errors(soft.body).max_cell_error <= step.tolerance) continue;
     const Vec3 turning = moment(soft.body, soft.body.positions, soft.body.velocities);
     if (soft.inverted && turn_right_side_out(soft.body, soft.body.positions))

@@ -47,7 +47,6 @@ class Stepper {
   double tolerance_ = 0.0;  ///< of the present substep's volumes
   bool together_ = false;   ///< no body is stepped by itself
   bool lifting_ = true;     ///< tets that invert are lifted within the substep
-  bool starting_ = true;    ///< before the first frame
   StepStats stats_;
 };
 

@@ -36,6 +36,7 @@ struct SceneSoftBody {
   std::optional<double> spring_energy;  ///< J, as the substep begins, where it is known
   int halts_in_a_row = 0;               ///< substeps that the guard of energy has taken back
   double kick_due = 0.0;                ///< s of gravity that the last substep has left to this one
+  bool started = false;                 ///< brought to its volumes, if its start lacked them
   bool finished = false;                ///< with this substep already
   bool forces_valid = false;            ///< body.forces are those of the present positions
   bool pressed_implicitly = false;      ///< its contacts were balanced within the implicit solve
