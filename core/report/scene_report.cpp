@@ -74,8 +74,10 @@ void judge(const Snapshot& snapshot, const std::vector<Vec3>& points, const Scal
     run.reason = "a point left the scene at t = " + std::to_string(snapshot.t) + " s";
   } else if (!snapshot.metrics.feasible && snapshot.seq > 0 && run.outcome == Outcome::converged) {
     run.outcome = Outcome::infeasible;
-    run.reason = "the tolerance was not met at t = " + std::to_string(snapshot.t) + " s, worst in cell " +
-                 std::to_string(snapshot.metrics.worst_cell);
+    const Metrics& m = snapshot.metrics;
+    run.reason =
+        fmt::format("infeasible at t = {:.4g} s: cell {} is off by {:.2g}, bodies are in others by {:.2g} m",
+                    snapshot.t, m.worst_cell, m.max_cell_volume_error, m.max_penetration);
   }
 }
 

@@ -13,6 +13,7 @@ constexpr double shift = 1e-6;
 constexpr int refinements = 3, max_passes = 12;
 constexpr std::int64_t envelope_limit = 2'000'000;  // entries, 16 MB
 constexpr double stick_margin = 1.0 - 1e-9;
+constexpr double stiffest_turn = 1e12;  // of friction, of its own row: it goes as 1/λ_n
 
 Eigen::Vector2d tangential_impulse(const ConstraintRow* rows) {
   return {rows[1].impulse, rows[2].impulse};
@@ -108,8 +109,10 @@ void DirectSolver::add_friction(const ConstraintRow* rows, std::span<const Solve
   across.normal = false;
   across.row = combination(rows, {-d[1], d[0]});
   across.shares = {0.0, -d[1], d[0]};
-  across.slack = std::max(-present_rate(along, bodies), 0.0) / (friction * rows[0].impulse);
-  across.row.inverse_mass = coupling(across.row, across.row, bodies) + across.slack;
+  const double own = coupling(across.row, across.row, bodies),
+               speed = std::max(-present_rate(along, bodies), 0.0);
+  across.slack = std::min(speed / (friction * rows[0].impulse), stiffest_turn * own);
+  across.row.inverse_mass = own + across.slack;
   equations_.push_back(across);
 }
 

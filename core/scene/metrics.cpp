@@ -11,7 +11,7 @@ namespace {
 
 /// In which the volumes here and in the solvers may differ, relative.
 constexpr double round_off = 1e-13;
-/// Of deformable bodies in each other and themselves at the end of a feasible frame, in cells.
+/// Of deformable bodies in others and themselves at the end of a feasible frame, in cells.
 constexpr double promised_depth = 1e-3;
 
 void add_volumes(const World& world, Metrics& metrics) {
@@ -64,9 +64,10 @@ Metrics measure(const World& world, const StepStats& stats) {
                                                  world.scene.solver.tolerance * (1.0 + 1e-6) + round_off;
   for (const SceneSoftBody& soft : world.soft) {
     metrics.inverted += count_inverted(*soft.body.mesh, soft.body.positions);
-    if (soft.contacts)
-      metrics.max_penetration =
-          std::max(metrics.max_penetration, deepest_penetration(soft.body, world.rigid, *soft.contacts));
+    if (!soft.contacts) continue;
+    const double depth = deepest_penetration(soft.body, world.rigid, *soft.contacts);
+    metrics.max_penetration = std::max(metrics.max_penetration, depth);
+    metrics.feasible &= stats.substeps == 0 || depth <= promised_depth * soft.body.cell_size;
   }
   if (world.surfaces) {
     const auto deepest = world.surfaces->deepest_penetration(world);

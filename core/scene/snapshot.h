@@ -23,7 +23,7 @@ struct Metrics {
   int recoveries =
       0;  ///< substeps that needed the inversion rule, or whose contacts no implicit solve balanced
   int fallbacks = 0;  ///< substeps whose projection left SHAKE's directions
-  /// False: the tolerance could not be met, worst_cell says where; or deformable bodies are in each other or
+  /// False: the tolerance could not be met, worst_cell says where; or deformable bodies are in others or
   /// themselves by over 1e-3 of a cell.
   bool feasible = true;
   double kinetic_energy = 0.0, potential_energy = 0.0;  ///< potential: springs and gravity

@@ -191,11 +191,10 @@ void Stepper::advance(double h, int halvings) {
 }
 
 void Stepper::remember_contacts() {
-  if (std::ranges::any_of(world_.soft, [](const SceneSoftBody& soft) { return soft.halts_in_a_row > 0; }))
-    return;  // what pressed led nowhere
+  const auto halted = [](const SceneSoftBody& soft) { return soft.halts_in_a_row > 0; };
   for (SceneSoftBody& soft : world_.soft)
-    if (soft.contacts) soft.contacts->remember();
-  if (world_.surfaces) world_.surfaces->contacts().remember();
+    if (soft.contacts && !halted(soft)) soft.contacts->remember();  // else what pressed led nowhere
+  if (world_.surfaces && std::ranges::none_of(world_.soft, halted)) world_.surfaces->contacts().remember();
 }
 
 void Stepper::count_contacts() {

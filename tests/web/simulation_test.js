@@ -155,15 +155,15 @@ const held = JSON.stringify({name: 'held', duration: 2, frame_rate: 60, gravity:
 
 test('a tolerance that a step does not meet is said', async () => {
   const page = await suite.open(small);
-  const tolerance = page.locator('.inspector dt', {hasText: /^Tolerance$/}).locator('xpath=following-sibling::dd[1]');
+  const promise = page.locator('.inspector dt', {hasText: /^Volume and depth$/}).locator('xpath=following-sibling::dd[1]');
   await page.getByRole('button', {name: 'Step (.)'}).click();
   await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
-  await tolerance.filter({hasText: /^met$/}).waitFor();
+  await promise.filter({hasText: /^held$/}).waitFor();
   await drop(page, 'held.json', held);
   await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
   await page.getByRole('button', {name: 'Step (.)'}).click();
   await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
-  await tolerance.filter({hasText: /^not met$/}).waitFor();
+  await promise.filter({hasText: /^not held$/}).waitFor();
   no_complaints(page);
   await page.context().close();
 });

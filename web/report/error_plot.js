@@ -89,7 +89,7 @@ export function error_legend(report, {on_series = null} = {}) {
   });
   const has = outcome => report.points.some(point => point.outcome === outcome);
   return h('ul', {class: 'legend'}, series, item('Pareto front', '', line('front')),
-    has('infeasible') && item(report.kind === 'meshing' ? 'hollow: an incomplete model' : 'hollow: infeasible, the tolerance was not met', 'infeasible', mark('circle', 13, 6)),
+    has('infeasible') && item(report.kind === 'meshing' ? 'hollow: an incomplete model' : 'hollow: infeasible, volume or depth was off', 'infeasible', mark('circle', 13, 6)),
     ['blew_up', 'too_slow', 'failed'].some(has) && item('along the top: blew up, was stopped or failed', 'failed', mark('cross', 13, 6)));
 }
 
