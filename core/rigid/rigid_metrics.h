@@ -10,7 +10,7 @@ struct RigidMetrics {
   double max_joint_error = 0.0;  ///< metres (radians for axes), at the end of the step
   int iterations = 0;            ///< Newton rounds of the solver, both stages
   bool converged = true;
-  bool gave_up = false;  ///< some bodies in contact were left where they press into each other
+  bool gave_up = false;  ///< some bodies that began in each other were left there
 };
 
 }  // namespace isochor

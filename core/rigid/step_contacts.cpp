@@ -58,6 +58,10 @@ void StepContacts::find_touching(const StepWorld& world) {
   for (RigidContact& contact : contacts) let_emerge(world, contact);
 }
 
+void StepContacts::leave_within(BodyPair pair) {
+  if (std::ranges::find(emerging_, pair) == emerging_.end()) emerging_.push_back(pair);
+}
+
 void StepContacts::let_emerge(const StepWorld& world, RigidContact& contact) const {
   if (std::ranges::find(emerging_, pair_of(contact)) == emerging_.end()) return;
   const double gap = contact_gap(contact, world.bodies[index(contact.a)].state.pose,

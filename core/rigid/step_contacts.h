@@ -24,6 +24,9 @@ class StepContacts {
   /// way.
   void renew(const StepWorld& world, double closed);
 
+  /// Bodies that a step leaves in each other come out as though they had been placed so.
+  void leave_within(BodyPair pair);
+
   std::vector<RigidContact> contacts;
 
  private:

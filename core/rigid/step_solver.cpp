@@ -229,8 +229,10 @@ void StepSolver::give_up_worst(std::span<BodyRecord> bodies, Stage stage) {
   }
   const int group = group_of(*worst, bodies);
   limit_energy(bodies, group);
-  metrics_.gave_up |= std::ranges::none_of(set_.blocks, [&](const ConstraintBlock& block) {
-    return !block.contact && group_of(block, bodies) == group;
+  metrics_.gave_up |= std::ranges::any_of(found_.contacts, [&](const RigidContact& contact) {
+    const BodyRecord &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
+    return groups_[index(a.dynamic() ? contact.a : contact.b)] == group &&
+           contact_gap(contact, a.state.pose, b.state.pose) < -slop;
   });
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (groups_[i] == group) {
@@ -381,8 +383,10 @@ void StepSolver::velocity_residuals(std::span<const BodyRecord> bodies) {
 }
 
 void StepSolver::solve_velocities(std::span<BodyRecord> bodies) {
-  for (RigidContact& contact : found_.contacts)
+  for (RigidContact& contact : found_.contacts) {
     if (contact.impulse.isZero(0.0)) contact.approach = 0.0;  // did not meet
+    if (lost_[index(contact.a)] || lost_[index(contact.b)]) found_.leave_within(pair_of(contact));
+  }
   found_.renew({bodies, joints_, Vec3::Zero(), h_, slop}, closed_gap);
   build_rows(bodies);
   warm_start(bodies, Stage::velocities);
