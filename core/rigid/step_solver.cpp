@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace isochor {
@@ -59,9 +58,7 @@ void StepSolver::begin(std::span<BodyRecord> bodies, const Vec3& gravity, double
   metrics_ = {};
   lost_.resize(bodies.size());
   const auto counts = [&](int a, int b) {
-    const bool lost =
-        (bodies[index(a)].dynamic() && lost_[index(a)]) || (bodies[index(b)].dynamic() && lost_[index(b)]);
-    return last_h_ > 0.0 && !lost ? std::min(1.0, h / last_h_) : 0.0;
+    return last_h_ > 0.0 && !any_lost(a, b) ? std::min(1.0, h / last_h_) : 0.0;
   };
   found_.begin({bodies, joints_, gravity, h, slop}, jointed_);
   for (RigidContact& contact : found_.contacts) {
@@ -141,7 +138,7 @@ void StepSolver::build_rows(std::span<const BodyRecord> bodies) {
   for (const RigidContact& contact : found_.contacts) add_contact_rows(contact, bodies);
   for (ConstraintBlock& block : set_.blocks) {
     ConstraintRow* rows = &set_.rows[index(block.first)];
-    block.idle = lost_[index(rows->a)] || lost_[index(rows->b)];
+    block.idle = any_lost(rows->a, rows->b);
     for (int i = 0; block.idle && i < block.count; ++i) rows[i].impulse = 0.0;
   }
   solver_.prepare(set_, solver_bodies_);
@@ -230,12 +227,12 @@ void StepSolver::give_up_worst(std::span<BodyRecord> bodies, Stage stage) {
   const int group = group_of(*worst, bodies);
   limit_energy(bodies, group);
   metrics_.gave_up |= std::ranges::any_of(found_.contacts, [&](const RigidContact& contact) {
-    const BodyRecord &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
-    return groups_[index(a.dynamic() ? contact.a : contact.b)] == group &&
-           contact_gap(contact, a.state.pose, b.state.pose) < -slop;
+    return group_of(contact.a, contact.b, bodies) == group &&
+           contact_gap(contact, bodies[index(contact.a)].state.pose, bodies[index(contact.b)].state.pose) <
+               -slop;
   });
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (groups_[i] == group) {
+    if (groups_.root(static_cast<int>(i)) == group) {
       lost_[i] = 1;
     } else {
       bodies[i].state.velocity = entry_[i][0];
@@ -252,22 +249,19 @@ void StepSolver::give_up_worst(std::span<BodyRecord> bodies, Stage stage) {
 }
 
 void StepSolver::find_groups(std::span<const BodyRecord> bodies) {
-  groups_.resize(bodies.size());
-  std::iota(groups_.begin(), groups_.end(), 0);
-  const auto root = [&](int body) {
-    while (groups_[index(body)] != body) body = groups_[index(body)];
-    return body;
-  };
+  groups_.reset(bodies.size());
   for (const ConstraintRow& row : set_.rows)
-    if (bodies[index(row.a)].dynamic() && bodies[index(row.b)].dynamic())
-      groups_[index(root(row.a))] = root(row.b);
-  for (std::size_t i = 0; i < bodies.size(); ++i) groups_[i] = root(static_cast<int>(i));
+    if (bodies[index(row.a)].dynamic() && bodies[index(row.b)].dynamic()) groups_.join(row.a, row.b);
 }
 
-/// That of the dynamic one of its bodies.
+/// Of two that touch or are jointed: that of a dynamic one.
+int StepSolver::group_of(int a, int b, std::span<const BodyRecord> bodies) const {
+  return groups_.root(bodies[index(a)].dynamic() ? a : b);
+}
+
 int StepSolver::group_of(const ConstraintBlock& block, std::span<const BodyRecord> bodies) const {
   const ConstraintRow& row = set_.rows[index(block.first)];
-  return groups_[index(bodies[index(row.a)].dynamic() ? row.a : row.b)];
+  return group_of(row.a, row.b, bodies);
 }
 
 /// Of what its impulses have given as much stays as adds no energy, or no more than takes the bodies out of
@@ -279,7 +273,7 @@ void StepSolver::limit_energy(std::span<BodyRecord> bodies, int group) {
   double speed = 0.0, before = 0.0, after = 0.0, change = 0.0, allowed = 0.0;
   for (const RigidContact& contact : found_.contacts) {
     const BodyRecord &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
-    if (groups_[index(a.dynamic() ? contact.a : contact.b)] != group) continue;
+    if (group_of(contact.a, contact.b, bodies) != group) continue;
     const double depth = std::max(0.0, -contact_gap(contact, a.state.pose, b.state.pose));
     speed =
         std::max(speed, emerging_rate * depth + speed_of(a, contact.local_a) + speed_of(b, contact.local_b));
@@ -291,7 +285,7 @@ void StepSolver::limit_energy(std::span<BodyRecord> bodies, int group) {
     return kinetic_energy(state);
   };
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (groups_[i] != group || !bodies[i].dynamic()) continue;
+    if (groups_.root(static_cast<int>(i)) != group || !bodies[i].dynamic()) continue;
     const std::array<Vec3, 2> given{best_velocities_[i][0] - entry_[i][0],
                                     best_velocities_[i][1] - entry_[i][1]};
     before += energy_of(i, entry_[i]);
@@ -306,7 +300,7 @@ void StepSolver::limit_energy(std::span<BodyRecord> bodies, int group) {
   const double part =
       std::clamp((-b + std::sqrt(b * b + 4.0 * change * (allowed - before))) / (2.0 * change), 0.0, 1.0);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (groups_[i] != group || !bodies[i].dynamic()) continue;
+    if (groups_.root(static_cast<int>(i)) != group || !bodies[i].dynamic()) continue;
     bodies[i].state.velocity = entry_[i][0] + part * (best_velocities_[i][0] - entry_[i][0]);
     bodies[i].state.angular_momentum = entry_[i][1] + part * (best_velocities_[i][1] - entry_[i][1]);
   }
@@ -385,7 +379,7 @@ void StepSolver::velocity_residuals(std::span<const BodyRecord> bodies) {
 void StepSolver::solve_velocities(std::span<BodyRecord> bodies) {
   for (RigidContact& contact : found_.contacts) {
     if (contact.impulse.isZero(0.0)) contact.approach = 0.0;  // did not meet
-    if (lost_[index(contact.a)] || lost_[index(contact.b)]) found_.leave_within(pair_of(contact));
+    if (any_lost(contact.a, contact.b)) found_.leave_within(pair_of(contact));
   }
   found_.renew({bodies, joints_, Vec3::Zero(), h_, slop}, closed_gap);
   build_rows(bodies);

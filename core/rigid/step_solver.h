@@ -2,6 +2,7 @@
 #include <span>
 #include <vector>
 
+#include "core/common/disjoint_sets.h"
 #include "core/rigid/joint.h"
 #include "core/rigid/rigid_metrics.h"
 #include "core/rigid/step_contacts.h"
@@ -48,7 +49,11 @@ class StepSolver {
   double iterate(std::span<BodyRecord> bodies, Stage stage);
   void give_up_worst(std::span<BodyRecord> bodies, Stage stage);
   void find_groups(std::span<const BodyRecord> bodies);
+  int group_of(int a, int b, std::span<const BodyRecord> bodies) const;
   int group_of(const ConstraintBlock& block, std::span<const BodyRecord> bodies) const;
+  bool any_lost(int a, int b) const {
+    return lost_[static_cast<std::size_t>(a)] || lost_[static_cast<std::size_t>(b)];
+  }
   void limit_energy(std::span<BodyRecord> bodies, int group);
   void keep_impulses(std::vector<double>& impulses) const;
   static void keep_velocities(std::span<const BodyRecord> bodies,
@@ -65,7 +70,7 @@ class StepSolver {
   std::vector<Pose> predicted_;
   std::vector<std::array<Vec3, 2>> entry_, best_velocities_;  ///< with angular momenta
   std::vector<double> entry_impulses_, best_impulses_, last_impulses_;
-  std::vector<int> groups_;         ///< of bodies that rows connect, by one of them
+  DisjointSets groups_;             ///< of bodies that rows connect
   std::vector<std::uint8_t> lost_;  ///< bodies that this step has given up, or the last one had
   RigidMetrics metrics_;
   double h_ = 0.0, last_h_ = 0.0;

@@ -180,6 +180,14 @@ void let_go(const Substep& step, SceneSoftBody& soft) {
                         [&] { soft.contacts->begin(soft.body, step.h, step.world.massive); });
 }
 
+void begin_contacts(const Substep& step, SceneSoftBody& soft, std::span<const MassiveBody> massive) {
+  if (!soft.contacts) return;
+  step.world.phases.run(Phase::contacts, [&] {
+    soft.candidates->known = false;
+    soft.contacts->begin(soft.body, step.h, massive, soft.pressed_implicitly);
+  });
+}
+
 void meet(const Substep& step, SceneSoftBody& soft) {
   const auto project_all = [&] {
     soft.projection =
@@ -220,11 +228,7 @@ void constrain(const Substep& step, SceneSoftBody& soft) {
   soft.began_inverted = soft.inverted;
   soft.recovered = false;
   soft.pressed_implicitly = soft.implicit && soft.contacts;
-  if (soft.contacts)
-    step.world.phases.run(Phase::contacts, [&] {
-      soft.candidates->known = false;
-      soft.contacts->begin(soft.body, step.h, step.world.massive, soft.pressed_implicitly);
-    });
+  begin_contacts(step, soft, step.world.massive);
   soft.unbalanced = soft.pressed_implicitly && !press_implicitly(step, soft);
   if (soft.unbalanced && step.may_halve) return;
   if (soft.unbalanced) let_go(step, soft);
@@ -245,19 +249,12 @@ void bring_to_volume(const Substep& step, SceneSoftBody& soft) {
   keep_start(soft.body);
   soft.began_inverted = soft.inverted;
   soft.recovered = soft.pressed_implicitly = false;
-  const auto begin = [&] {
-    if (!soft.contacts) return;
-    step.world.phases.run(Phase::contacts, [&] {
-      soft.candidates->known = false;
-      soft.contacts->begin(soft.body, step.h);
-    });
-  };
-  begin();
+  begin_contacts(step, soft, {});
   meet(step, soft);
   for (int round = 0; round < max_start_rounds && soft.inverted; ++round) {
     recover_inverted(step, soft);
     keep_start(soft.body);
-    begin();
+    begin_contacts(step, soft, {});
     meet(step, soft);
   }
   soft.forces_valid = false;

@@ -1,7 +1,5 @@
 #include "core/scene/contact_groups.h"
 
-#include <numeric>
-
 #include "core/scene/surface_collision.h"
 
 namespace isochor {
@@ -16,25 +14,14 @@ bool moves(const World& world, int rigid) {
 
 void ContactGroups::find(const World& world) {
   soft_bodies_ = world.soft.size();
-  roots_.resize(soft_bodies_ + static_cast<std::size_t>(world.rigid.size()));
-  std::iota(roots_.begin(), roots_.end(), 0);
-  traits_.assign(roots_.size(), {});
+  const std::size_t nodes = soft_bodies_ + static_cast<std::size_t>(world.rigid.size());
+  groups_.reset(nodes);
+  traits_.assign(nodes, {});
   pairs_.clear();
   if (!world.massive.empty()) world.rigid.list_pairs(pairs_);
   join_soft(world);
   join_rigid(world);
-  for (int& node : roots_) node = root(node);
   anchor_all(world);
-}
-
-int ContactGroups::root(int node) const {
-  while (roots_[static_cast<std::size_t>(node)] != node) node = roots_[static_cast<std::size_t>(node)];
-  return node;
-}
-
-void ContactGroups::join(int a, int b) {
-  a = root(a), b = root(b);
-  roots_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
 }
 
 void ContactGroups::join_soft(const World& world) {
@@ -43,23 +30,24 @@ void ContactGroups::join_soft(const World& world) {
     for (const ParticleContact& contact : world.soft[s].contacts->contacts())
       for (int k = 0; k < contact.planes; ++k)
         if (world.rigid.dynamic(contact.plane[k].source))
-          join(static_cast<int>(s), rigid_node(contact.plane[k].source));
+          groups_.join(static_cast<int>(s), rigid_node(contact.plane[k].source));
     // Contacts released at last have pushed it all the same: of 1e90 kg m/s and back, round-off leaves 1e75.
     for (const MassiveBody& body : world.massive)
-      if (world.soft[s].contacts->has_pushed(body.source)) join(static_cast<int>(s), rigid_node(body.source));
+      if (world.soft[s].contacts->has_pushed(body.source))
+        groups_.join(static_cast<int>(s), rigid_node(body.source));
   }
   if (!world.surfaces) return;
   for (const SurfaceContact& contact : world.surfaces->contacts().contacts())
-    join(contact.owner, contact.other);
+    groups_.join(contact.owner, contact.other);
 }
 
 void ContactGroups::join_rigid(const World& world) {
   for (const auto& [a, b] : pairs_)
-    if (world.rigid.dynamic(a) && world.rigid.dynamic(b)) join(rigid_node(a), rigid_node(b));
+    if (world.rigid.dynamic(a) && world.rigid.dynamic(b)) groups_.join(rigid_node(a), rigid_node(b));
 }
 
 void ContactGroups::anchor(const World& world, int node, int rigid) {
-  GroupTraits& group = traits_[static_cast<std::size_t>(roots_[static_cast<std::size_t>(node)])];
+  GroupTraits& group = traits_[static_cast<std::size_t>(groups_.root(node))];
   if (!group.anchored)
     group.anchored = true, group.anchor = rigid;
   else if (group.anchor != rigid)
@@ -70,7 +58,7 @@ void ContactGroups::anchor_all(const World& world) {
   for (std::size_t s = 0; s < soft_bodies_; ++s) {
     const SceneSoftBody& soft = world.soft[s];
     const int node = static_cast<int>(s);
-    GroupTraits& group = traits_[static_cast<std::size_t>(roots_[s])];
+    GroupTraits& group = traits_[static_cast<std::size_t>(of_soft(s))];
     group.unknown_work |= world.grab && world.grab->body == soft.id;
     for (const PinnedParticle& pin : soft.pins) anchor(world, node, pin.rigid);
     if (!soft.contacts) continue;

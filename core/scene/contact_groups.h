@@ -1,4 +1,5 @@
 #pragma once
+#include "core/common/disjoint_sets.h"
 #include "core/dynamics/rigid_part.h"
 #include "core/scene/world.h"
 
@@ -20,21 +21,19 @@ class ContactGroups {
   void find(const World& world);
 
   /// Any number that the members of a group have in common.
-  int of_soft(std::size_t soft) const { return roots_[soft]; }
-  int of_rigid(int rigid) const { return roots_[soft_bodies_ + static_cast<std::size_t>(rigid)]; }
+  int of_soft(std::size_t soft) const { return groups_.root(static_cast<int>(soft)); }
+  int of_rigid(int rigid) const { return groups_.root(rigid_node(rigid)); }
   const GroupTraits& traits(int group) const { return traits_[static_cast<std::size_t>(group)]; }
 
  private:
-  int root(int node) const;
   int rigid_node(int rigid) const { return static_cast<int>(soft_bodies_) + rigid; }
-  void join(int a, int b);
   void join_soft(const World& world);
   void join_rigid(const World& world);
   void anchor(const World& world, int node, int rigid);
   void anchor_all(const World& world);
 
   std::size_t soft_bodies_ = 0;
-  std::vector<int> roots_;  ///< of each node: soft bodies, then rigid ones
+  DisjointSets groups_;  ///< of nodes: soft bodies, then rigid ones
   std::vector<GroupTraits> traits_;
   std::vector<std::pair<int, int>> pairs_;  ///< scratch
 };

@@ -8,6 +8,7 @@
 #include "core/collision/contact_response.h"
 #include "core/dynamics/volume_elements.h"
 #include "core/scene/detect_contacts.h"
+#include "core/scene/metrics.h"
 
 namespace isochor {
 namespace {
@@ -20,8 +21,7 @@ constexpr double round_off = 1e-9;
 constexpr double blown_up = 1.0;
 /// Then next to nothing is left of its motion, and the same would fail again for ever.
 constexpr int most_halts_in_a_row = 128;
-constexpr double kept = 0.5;             ///< of a halted group's inner motion
-constexpr double promised_depth = 1e-3;  ///< cells that a frame leaves inside others
+constexpr double kept = 0.5;  ///< of a halted group's inner motion
 
 double energy_about(const RigidPart& motion, const SoftBody& body) {
   double energy = 0.0;

@@ -11,8 +11,6 @@ namespace {
 
 /// In which the volumes here and in the solvers may differ, relative.
 constexpr double round_off = 1e-13;
-/// Of deformable bodies in others and themselves at the end of a feasible frame, in cells.
-constexpr double promised_depth = 1e-3;
 
 void add_volumes(const World& world, Metrics& metrics) {
   double volume = 0.0, rest = 0.0;
