@@ -12,12 +12,6 @@ constexpr std::int64_t most_blocks = 192;
 /// Of the mean energy: a checkerboard may have none.
 constexpr double least_energy = 1e-5;
 
-std::array<int, 3> place_of(const LatticeLayout& layout, std::int32_t slot) {
-  const std::int64_t offset = slot - layout.origin, in_plane = offset % layout.strides.plane;
-  return {static_cast<int>(in_plane % layout.strides.row), static_cast<int>(in_plane / layout.strides.row),
-          static_cast<int>(offset / layout.strides.plane)};
-}
-
 /// Numbers the blocks of so many cells an edge that hold a cell; returns their count.
 std::int64_t number_blocks(const LatticeLayout& layout, int edge, AlignedArray<std::int32_t>& blocks) {
   std::array<int, 3> size;
@@ -25,7 +19,7 @@ std::int64_t number_blocks(const LatticeLayout& layout, int edge, AlignedArray<s
   std::vector<std::int32_t> numbers(std::size_t{1} * size[0] * size[1] * size[2], -1);
   std::int32_t count = 0;
   for (const std::int32_t slot : layout.cell_slots) {
-    const auto [i, j, k] = place_of(layout, slot);
+    const auto [i, j, k] = layout.coord(slot);
     std::int32_t& number = numbers[(std::size_t{1} * (k / edge) * size[1] + j / edge) * size[0] + i / edge];
     if (number < 0) number = count++;
     blocks[slot] = number;

@@ -55,6 +55,12 @@ struct LatticeLayout {
   std::int64_t corner_offset(int corner) const {
     return (corner & 1) + (corner >> 1 & 1) * strides.row + (corner >> 2 & 1) * strides.plane;
   }
+  /// Of a cell within the box.
+  std::array<int, 3> coord(std::int64_t cell) const {
+    const std::int64_t offset = cell - origin, in_plane = offset % strides.plane;
+    return {static_cast<int>(in_plane % strides.row), static_cast<int>(in_plane / strides.row),
+            static_cast<int>(offset / strides.plane)};
+  }
   /// Slot of a cell's corner.
   std::int64_t corner_slot(std::int64_t cell, int corner) const {
     return irregular(cell) ? irregular_cells[irregular_index(cell)].corners[corner]

@@ -45,6 +45,7 @@ class StencilSolver {
 
  private:
   double cost_of_iteration() const;
+  void set_box_diagonal();
   void set_scale();
   /// Sums over a slab, to be added in their order.
   struct Partial {
@@ -72,8 +73,8 @@ class StencilSolver {
   std::vector<Partial> partial_;
   bool reached_ = false;  ///< the last solution its tolerance
   std::array<std::array<AlignedArray<float>, 3>, depth + 1> directions_;
-  AlignedArray<float> box_diagonal_;
-  AlignedArray<float> scale_;  ///< √(diagonal of the box / diagonal), or √(1/diagonal)
+  AlignedArray<float> box_diagonal_;  ///< less beneath the body's faces; 1 without a box
+  AlignedArray<float> scale_;         ///< √(diagonal of the box / diagonal), or √(1/diagonal)
 };
 
 }  // namespace isochor::newton

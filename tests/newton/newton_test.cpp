@@ -305,6 +305,17 @@ TEST(Newton, EndsFiniteWhereNoSolutionIs) {
   EXPECT_LE(result.iterations, request.max_iterations);
 }
 
+// 91 with the box's diagonal as it is beneath the ball's faces.
+TEST(Newton, RoundBodiesTakeFewIterations) {
+  const Body body = make_ball(32);
+  const Coordinates start(body.mesh.positions);
+  Coordinates points = transformed(body, squash(0.8));
+  const ProjectionResult result =
+      make_newton_projector(body.model())->project({.start = &start, .tolerance = 1e-9}, points);
+  EXPECT_TRUE(result.converged) << result.max_error;
+  EXPECT_LT(result.linear_iterations, 80);
+}
+
 TEST(Newton, SurvivesAnyNumbers) {
   const Body body = make_box({3, 3, 3});
   const auto projector = make_newton_projector(body.model());
