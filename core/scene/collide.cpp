@@ -64,9 +64,12 @@ bool collide(const Substep& step) {
     contacts.solve(projector, tolerance, gap_tolerance);
     for_touched([&](SceneSoftBody& soft) { lift_inverted(step, soft); });
   }
-  for (std::size_t b = 0; b < world.soft.size(); ++b) world.soft[b].touched = surfaces.touches(b);
   bool apart = false;
   world.phases.run(Phase::surface_contacts, [&] { apart = surfaces.keeps_apart(gap_promised); });
+  for (std::size_t b = 0; b < world.soft.size(); ++b) {
+    world.soft[b].touched = surfaces.touches(b);
+    world.soft[b].entered = surfaces.is_entered(b);
+  }
   return apart;
 }
 

@@ -192,23 +192,23 @@ bool EnergyGuard::has_no_room(const Substep& step, int group, bool feasible) con
 void EnergyGuard::hold(const Substep& step) {
   for (std::size_t s = 0; s < world_.soft.size(); ++s) {
     const int group = groups_.of_soft(s);
-    bool first = true, judged = false, inverted = false, feasible = true, burst = false;
+    bool first = true, judged = false, useless = false, feasible = true, burst = false;
     for (std::size_t before = 0; before < s; ++before) first &= groups_.of_soft(before) != group;
     if (!first) continue;
     for_soft(group, [&](const SceneSoftBody& soft) {
       judged |= !soft.finished && (soft.recovered || is_in_contact(soft));
-      inverted |= soft.inverted;
+      useless |= soft.inverted || soft.entered;
       feasible &= soft.projection.converged;
       burst |= has_burst(soft.projection) && is_torn(soft.body);
     });
-    if (!judged && !inverted) {
+    if (!judged && !useless) {
       for_soft(group, [](SceneSoftBody& soft) { soft.spring_energy.reset(), soft.gained = 0.0; });
       continue;
     }
     const bool may_halt = can_halt_group(group);
     const bool lost = burst || has_no_room(step, group, feasible);
-    const double left = (inverted && may_halt) || lost ? 0.0 : judge(step, group);
-    if (lost || std::isinf(left) || (may_halt ? inverted || left > round_off : feasible && left > blown_up))
+    const double left = (useless && may_halt) || lost ? 0.0 : judge(step, group);
+    if (lost || std::isinf(left) || (may_halt ? useless || left > round_off : feasible && left > blown_up))
       halt(step, group);
     else
       for_soft(group, [](SceneSoftBody& soft) { soft.halts_in_a_row = 0; });

@@ -8,8 +8,9 @@ namespace isochor {
 /// at the start of the substep and what surfaces that move have put in, beyond the swing of symplectic steps.
 /// What is too much is taken from the velocities, and with it no momentum that the group has for itself:
 /// first from deformations, then from all that differs from the group's common motion. A substep of no use,
-/// that ends inverted, or with more energy in the springs alone, is taken back, and the group carried along
-/// as it stands, with its momentum, in half of its inner motion: what was apart and valid stays so.
+/// that ends inverted, with bodies in each other, or with more energy in the springs alone, is taken back,
+/// and the group carried along as it stands, with its momentum, in half of its inner motion: what was apart
+/// and valid stays so.
 class EnergyGuard {
  public:
   explicit EnergyGuard(World& world) : world_(world) {}

@@ -85,6 +85,11 @@ std::vector<std::int32_t> cells_of_surface(const TetMesh& mesh) {
   return cells;
 }
 
+bool ends_over(const VertexSweep& sweep) {
+  const auto weights = weights_along(sweep.to, normal_of(sweep.end), sweep.end);
+  return weights && is_within(*weights, 0.0);
+}
+
 bool is_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return tet_volume(p, b, c, d) > 0.0 && tet_volume(a, p, c, d) > 0.0 && tet_volume(a, b, p, d) > 0.0 &&
          tet_volume(a, b, c, p) > 0.0;
@@ -160,15 +165,20 @@ bool SurfaceCollision::update(bool may_move_on) {
 bool SurfaceCollision::keeps_apart(double tolerance) {
   watch_again();
   find_contacts(false);
-  return std::ranges::none_of(contacts_.contacts(), [&](const SurfaceContact& contact) {
-    const SoftBody& other = soft(contact.other);
-    const Vec3 p = soft(contact.owner).positions.at(contact.vertex);
+  for (Surface& surface : surfaces_) surface.entered = false;
+  bool apart = true;
+  for (const SurfaceContact& contact : contacts_.contacts()) {
+    const SoftBody &body = soft(contact.owner), &other = soft(contact.other);
+    const Vec3 p = body.positions.at(contact.vertex);
     const TrianglePoints now = points_of(other.positions, contact.triangle);
     const Vec3 normal = normal_of(now);
     const auto weights = weights_along(p, normal, now);
-    return weights && is_within(*weights, 0.0) &&
-           normal.dot(p - now[0]) < contact.least_gap - tolerance * other.cell_size;
-  });
+    const double left = tolerance * std::min(body.cell_size, other.cell_size);
+    if (!weights || !is_within(*weights, 0.0) || normal.dot(p - now[0]) >= contact.least_gap - left) continue;
+    surfaces_[contact.owner].entered = surfaces_[contact.other].entered = true;
+    apart = false;
+  }
+  return apart;
 }
 
 /// Can something of the box touch another body, or this one itself?
@@ -312,7 +322,8 @@ bool SurfaceCollision::find_contacts_of(int owner, std::int32_t vertex, bool fir
     sweep.start = points_of(other.start_positions, triangle.corners);
     sweep.end = points_of(other.positions, triangle.corners);
     const double slop = first ? 0.0 : contact_slop * other.cell_size;
-    if (const auto time = sweep.entry(front_depth * other.cell_size, slop, candidate.faces ? rim : seam))
+    const double beyond = candidate.faces || ends_over(sweep) ? rim : seam;
+    if (const auto time = sweep.entry(front_depth * other.cell_size, slop, beyond))
       entries_.push_back({*time, candidate});
   }
   std::ranges::sort(entries_, {}, &Entry::time);
@@ -348,17 +359,49 @@ std::optional<Triangle> SurfaceCollision::nearest_front(int owner, std::int32_t 
   }
   if (nearest) return nearest;
   // A corner that comes sideways meets nothing that faces it, and goes in all the same.
-  const TrianglePoints before = points_of(other.start_positions, first.corners);
-  if (normal_of(before).dot(from - before[0]) >= -at_front * other.cell_size) nearest = first.corners;
+  if (stood_before(owner, vertex, first.body, first.corners)) nearest = first.corners;
   return nearest;
+}
+
+bool SurfaceCollision::stood_before(int owner, std::int32_t vertex, int other,
+                                    const Triangle& triangle) const {
+  const TrianglePoints there = points_of(soft(other).start_positions, triangle);
+  return normal_of(there).dot(soft(owner).start_positions.at(vertex) - there[0]) >=
+         -at_front * soft(other).cell_size;
 }
 
 bool SurfaceCollision::add_contact(int owner, std::int32_t vertex, const Candidate& entered, bool first) {
   const int against = triangles_[entered.triangle].body;
+  const Triangle& through = triangles_[entered.triangle].corners;
+  const auto front = nearest_front(owner, vertex, entered);
+  if (!front) return false;
+  bool added = hold(owner, vertex, entered, *front, first);
+  // What comes in beside a rim is lifted over it in good time, and kept out until then.
+  if (*front != through && stood_before(owner, vertex, against, through) &&
+      !brings_out(owner, vertex, against, *front))
+    added |= hold(owner, vertex, entered, through, first);
+  return added;
+}
+
+/// Would the vertex be out of the body by this substep's end, were it in front of the triangle as far as the
+/// contact asks for?
+bool SurfaceCollision::brings_out(int owner, std::int32_t vertex, int other, const Triangle& triangle) const {
+  const Vec3 p = soft(owner).positions.at(vertex);
+  const double slop = contact_slop * soft(other).cell_size;
+  const TrianglePoints now = points_of(soft(other).positions, triangle);
+  if (normal_of(now).dot(p - now[0]) < -slop) return least_gap(owner, vertex, other, triangle) == 0.0;
+  return std::ranges::any_of(candidates(owner, vertex), [&](const Candidate& candidate) {
+    const SurfaceTriangle& near = triangles_[candidate.triangle];
+    return near.body == other &&
+           (p - closest_point(p, points_of(soft(other).positions, near.corners))).norm() <= slop;
+  });
+}
+
+bool SurfaceCollision::hold(int owner, std::int32_t vertex, const Candidate& entered,
+                            const Triangle& triangle, bool first) {
+  const int against = triangles_[entered.triangle].body;
   const SoftBody &body = soft(owner), &other = soft(against);
-  const auto triangle = nearest_front(owner, vertex, entered);
-  if (!triangle) return false;
-  const TrianglePoints there = points_of(other.positions, *triangle);
+  const TrianglePoints there = points_of(other.positions, triangle);
   SurfaceContact contact;
   contact.normal = normal_of(there);
   int known = 0;
@@ -367,16 +410,16 @@ bool SurfaceCollision::add_contact(int owner, std::int32_t vertex, const Candida
     if (before.other != against) continue;
     // Beyond a ridge one plane is enough; in a valley the others come up once the first is met.
     const bool met = contacts_.gap(before) >= before.least_gap - contact_slop * other.cell_size;
-    if (before.triangle == *triangle || (!met && before.normal.dot(contact.normal) >= same_side) ||
-        ++known == most_contacts)
-      return false;
+    if (before.triangle == triangle || (!met && before.normal.dot(contact.normal) >= same_side)) return false;
+    const bool holds = !met || before.pressure() > 0.0;
+    if (holds && ++known == most_contacts) return false;
   }
   const Vec3 p = body.positions.at(vertex);
   // What the slop leaves behind a neighbouring triangle has not come in through this one.
   const bool resumed = first && contacts_.knows(owner, vertex, against);
   if (!resumed && (p - closest_point(p, there)).norm() <= contact_slop * other.cell_size) return false;
   contact.owner = owner, contact.other = against;
-  contact.vertex = vertex, contact.triangle = *triangle;
+  contact.vertex = vertex, contact.triangle = triangle;
   contact.weights = contact_weights(body, vertex, other, contact.triangle, contact.normal);
   contact.least_gap = least_gap(owner, vertex, contact.other, contact.triangle);
   contact.friction = combined_friction(surfaces_[owner].friction, surfaces_[contact.other].friction);
@@ -386,7 +429,15 @@ bool SurfaceCollision::add_contact(int owner, std::int32_t vertex, const Candida
   return true;
 }
 
-/// The triangle on the same side that is nearest now.
+bool SurfaceCollision::is_held(int owner, std::int32_t vertex, int other, const Triangle& triangle) const {
+  for (auto c = contacts_.first(owner, vertex); c >= 0; c = contacts_.contacts()[c].next) {
+    const SurfaceContact& contact = contacts_.contacts()[c];
+    if (contact.other == other && contact.triangle == triangle) return true;
+  }
+  return false;
+}
+
+/// The triangle on the same side that is nearest now, of those that do not hold the vertex already.
 void SurfaceCollision::follow(std::int32_t index, bool may_move_on) {
   const SurfaceContact& contact = contacts_.contacts()[index];
   const SoftBody& body = soft(contact.owner);
@@ -402,7 +453,9 @@ void SurfaceCollision::follow(std::int32_t index, bool may_move_on) {
       if (triangle.body != contact.other || !candidate.faces) continue;
       const TrianglePoints there = points_of(other.positions, triangle.corners);
       const double away = (p - closest_point(p, there)).norm();
-      if (away >= distance || normal_of(there).dot(contact.normal) < same_side) continue;
+      if (away >= distance || normal_of(there).dot(contact.normal) < same_side ||
+          is_held(contact.owner, contact.vertex, contact.other, triangle.corners))
+        continue;
       distance = away;
       nearest = triangle.corners;
     }

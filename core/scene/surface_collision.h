@@ -22,6 +22,8 @@ class SurfaceCollision {
   SurfaceContacts& contacts() { return contacts_; }
   const SurfaceContacts& contacts() const { return contacts_; }
   bool touches(std::size_t body) const { return bodies_[body].touched; }
+  /// Is it in another, or another in it, as keeps_apart() has seen it?
+  bool is_entered(std::size_t body) const { return surfaces_[body].entered; }
 
   struct Penetration {
     double depth = 0.0;  ///< m
@@ -35,7 +37,7 @@ class SurfaceCollision {
 
  private:
   struct Surface {
-    bool meets_itself = false;
+    bool meets_itself = false, entered = false;
     double friction = 0.0, restitution = 0.0;
     Box swept;
     Coordinates normals;                ///< of its surface vertices
@@ -84,7 +86,14 @@ class SurfaceCollision {
   /// What the vertex is to be in front of: the nearest triangle that faces it, of those that it is behind now
   /// and came from the front of; where there is none, the one that it has entered in this substep.
   std::optional<Triangle> nearest_front(int owner, std::int32_t vertex, const Candidate& entered) const;
+  /// Was the vertex in front of the triangle as the substep began?
+  bool stood_before(int owner, std::int32_t vertex, int other, const Triangle& triangle) const;
+  bool brings_out(int owner, std::int32_t vertex, int other, const Triangle& triangle) const;
   bool add_contact(int owner, std::int32_t vertex, const Candidate& entered, bool first);
+  /// Keeps the vertex that has entered in front of a triangle. True when that is new.
+  bool hold(int owner, std::int32_t vertex, const Candidate& entered, const Triangle& triangle, bool first);
+  /// In front of that triangle, by a contact?
+  bool is_held(int owner, std::int32_t vertex, int other, const Triangle& triangle) const;
   void follow(std::int32_t index, bool may_move_on);
   double depth_below_surface(int body, int owner, std::int32_t vertex);
   const SoftBody& soft(int body) const { return *soft_[body]; }

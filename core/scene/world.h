@@ -46,6 +46,7 @@ struct SceneSoftBody {
   ProjectionResult projection;          ///< the last of this substep
   bool began_inverted = false;          ///< some tet was, as the substep began
   bool touched = false;                 ///< by a deformable body in this substep, or by itself
+  bool entered = false;                 ///< the substep leaves them in each other
 };
 
 class SurfaceCollision;

@@ -97,6 +97,59 @@ INSTANTIATE_TEST_SUITE_P(Cubes, SoftImpact,
                                          Impact{"fast", 1000, Vec3::Zero(), 100, 0.3, 0}),
                          [](const auto& test) { return std::string(test.param.name); });
 
+/// Blocks thrown at one another askew, so that corners meet rims, sides and what gives way beside them.
+struct Throw {
+  const char* name;
+  Vec3i left, right;  ///< cells
+  const char *left_orientation, *right_orientation;
+  Vec3 right_at;
+  double speed;  ///< of either, m/s
+  const char *left_is, *right_is;
+};
+void PrintTo(const Throw& thrown, std::ostream* out) {
+  *out << thrown.name;
+}
+class SoftThrow : public testing::TestWithParam<Throw> {};
+TEST_P(SoftThrow, LeavesNothingInAnother) {
+  const Throw& p = GetParam();
+  const auto turned = [](const char* orientation, const char* is) {
+    return std::string(R"("orientation":)") + orientation + "," + is;
+  };
+  const auto simulation = compile_text(
+      R"({"duration":0.5,"gravity":[0,0,0],"bodies":[)" +
+      box("left", p.left, Vec3(-0.8, 0, 0), Vec3(p.speed, 0, 0), turned(p.left_orientation, p.left_is)) +
+      "," + box("right", p.right, p.right_at, Vec3(-p.speed, 0, 0), turned(p.right_orientation, p.right_is)) +
+      "]}");
+  Progress quiet;
+  Snapshot frame = simulation->snapshot();
+  const double energy = frame.metrics.kinetic_energy + frame.metrics.potential_energy;
+  while (!simulation->finished()) {
+    frame = simulation->step(quiet);
+    expect_held(frame);
+    EXPECT_LE(frame.metrics.kinetic_energy + frame.metrics.potential_energy, 1.05 * energy) << frame.t;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Blocks, SoftThrow,
+    testing::Values(Throw{"corner_under_a_rim", Vec3i(4, 3, 4), Vec3i(1, 4, 1), "[-0.95,0.17,-0.11,-0.24]",
+                          "[0.24,0.36,-0.54,-0.73]", Vec3(0.8, 0.23, -0.26), 2.5,
+                          R"("edge_stiffness":1e4,"diagonal_stiffness":1e3)",
+                          R"("edge_stiffness":1e4,"diagonal_stiffness":1e3,"density":3000)"},
+                    Throw{"beam_on_a_plate", Vec3i(4, 1, 1), Vec3i(2, 1, 3), "[0.71,-0.69,-0.07,-0.14]",
+                          "[0.06,-0.08,-1.0,0.0]", Vec3(0.8, 0.25, -0.28), 10,
+                          R"("edge_stiffness":1e4,"diagonal_stiffness":1e4)",
+                          R"("edge_stiffness":1e5,"diagonal_stiffness":1e4)"},
+                    Throw{"along_a_valley", Vec3i(4, 3, 2), Vec3i(1, 2, 1), "[0.39,-0.16,0.19,0.89]",
+                          "[-0.67,-0.14,-0.18,-0.71]", Vec3(0.8, -0.17, 0.18), 2.5,
+                          R"("edge_stiffness":1e3,"diagonal_stiffness":1e5)",
+                          R"("edge_stiffness":1e5,"diagonal_stiffness":1e3,"density":3000)"},
+                    Throw{"soft_beam", Vec3i(1, 3, 1), Vec3i(3, 1, 2), "[0.71,0.38,-0.06,-0.59]",
+                          "[-0.08,0.64,-0.76,0.0]", Vec3(0.8, 0.19, 0.01), 10,
+                          R"("edge_stiffness":1e3,"diagonal_stiffness":1e3)",
+                          R"("edge_stiffness":1e3,"diagonal_stiffness":1e3,"density":300)"}),
+    [](const auto& test) { return std::string(test.param.name); });
+
 class SoftStack : public testing::TestWithParam<int> {};
 
 /// Root mean square over all vertices, m/s.
