@@ -27,7 +27,6 @@ std::int64_t expected_cells(const SoupSize& soup, const MeshingOptions& options,
   return std::llround(std::max({1.0, solid / std::pow(cell, 3), sheet / std::pow(cell, 3)}));
 }
 
-constexpr int preview_voxels = 64;
 constexpr double least_p_in_voxels = 0.87;  // √3/2: half a step of a diagonal ray
 
 template <class Fits>
@@ -90,9 +89,9 @@ std::int64_t memory_budget() {
   return static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) / 4 * 3 * sysconf(_SC_PAGESIZE);
 }
 
-MeshingOptions preview_options(const MeshingOptions& options) {
+MeshingOptions preview_options(const MeshingOptions& options, int most_cells) {
   MeshingOptions preview = options;
-  preview.voxels = std::min(options.voxels, preview_voxels);
+  preview.voxels = std::min(options.voxels, 2 * most_cells);
   const double scale = static_cast<double>(preview.voxels) / options.voxels;
   PseudoVolumeOptions& thresholds = preview.pseudo_volume;
   thresholds.p_in_voxels = std::max(least_p_in_voxels, scale * thresholds.p_in_voxels);
@@ -101,19 +100,20 @@ MeshingOptions preview_options(const MeshingOptions& options) {
   return preview;
 }
 
-int preview_stride(const MeshingOptions& options) {
+int preview_stride(const MeshingOptions& options, int most_cells, bool encloses) {
   const PseudoVolumeOptions& thresholds = options.pseudo_volume;
   if (thresholds.p_in || thresholds.p_subs) return 1;
-  const int of_voxels = options.voxels / std::max(preview_voxels, 2 * options.lattice.cells),
+  const int of_voxels = options.voxels / (2 * std::max(most_cells, options.lattice.cells)),
             of_thresholds = static_cast<int>(thresholds.p_in_voxels / least_p_in_voxels);
-  return std::max(1, std::min(of_voxels, of_thresholds));
+  return std::max(1, encloses ? of_voxels : std::min(of_voxels, of_thresholds));
 }
 
 MeshingOptions thinned(const MeshingOptions& options, int stride) {
   MeshingOptions thin = options;
   thin.voxels /= stride;
-  thin.pseudo_volume.p_in_voxels /= stride;
-  thin.pseudo_volume.p_subs_voxels /= stride;
+  PseudoVolumeOptions& thresholds = thin.pseudo_volume;
+  thresholds.p_in_voxels = std::max(least_p_in_voxels, thresholds.p_in_voxels / stride);
+  thresholds.p_subs_voxels = std::max(thresholds.p_in_voxels, thresholds.p_subs_voxels / stride);
   return thin;
 }
 

@@ -77,13 +77,17 @@ void check_budget(const SoupSize& soup, const MeshingOptions& options, std::int6
 /// Three quarters of this machine's memory, which AuthoringPipeline keeps to.
 std::int64_t memory_budget();
 
-/// The same model at 64 voxels at most, thresholds kept as distances and as many cells as that allows: an
-/// answer within 100 ms while a slider moves. Run it in a pipeline of its own, which keeps the coarse field.
-MeshingOptions preview_options(const MeshingOptions& options);
+/// Cells along the longest edge of a preview, unless fewer are asked for: more are not drawn within 100 ms.
+constexpr int most_preview_cells = 32, least_preview_cells = 8;
 
-/// How many voxels a preview may step over in the field of these options, which is at hand: it keeps 64, two
-/// a cell, and the least that P_in takes. 1: all of them are needed.
-int preview_stride(const MeshingOptions& options);
+/// The same model with so many cells at most, at two voxels a cell, thresholds kept as distances: an answer
+/// within 100 ms while a slider moves. Run it in a pipeline of its own, which keeps the coarse field.
+MeshingOptions preview_options(const MeshingOptions& options, int most_cells = most_preview_cells);
+
+/// How many voxels a preview may step over in the field of these options, which is at hand: it keeps two a
+/// cell, also of the most cells, and the least that P_in takes, which where the input encloses its inside
+/// hardly changes it. 1: all of them are needed.
+int preview_stride(const MeshingOptions& options, int most_cells = most_preview_cells, bool encloses = false);
 /// The same model on every stride-th voxel.
 MeshingOptions thinned(const MeshingOptions& options, int stride);
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,9 +62,10 @@ struct MeshFile {
 /// Reads a mesh and puts it into the catalog; `added` tells whether it was new. Throws cannot_read,
 /// unsupported_format, empty_result, cancelled.
 std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& added, Progress& progress);
-/// The model of a mesh with these options: the stored one, or a new one. Throws what the stages throw.
+/// The model of a mesh with these options: the stored one, or a new one; with preview_cells a coarse one, of
+/// so many along its longest edge at most. Throws what the stages throw.
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
-                                              const MeshingOptions& options, bool preview,
+                                              const MeshingOptions& options, std::optional<int> preview_cells,
                                               Progress& progress);
 /// What to do where a preview will not do.
 inline constexpr const char* whole_model = "ask for the model with quality full";

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 
 #include "core/parallel/cancel_scope.h"
@@ -28,11 +29,15 @@ double overall(std::string_view phase, double fraction) {
   return 0.0;
 }
 
-constexpr int most_preview_cells = 32;  // more are not drawn within 100 ms
-
-MeshingOptions with_preview_cells(MeshingOptions options) {
-  while (options.lattice.cells > most_preview_cells) options.lattice.cells = (options.lattice.cells + 1) / 2;
+MeshingOptions with_preview_cells(MeshingOptions options, int most) {
+  while (options.lattice.cells > most) options.lattice.cells = (options.lattice.cells + 1) / 2;
   return options;
+}
+
+/// Whether the input has few openings: its rays agree on the inside, whatever P_in is.
+bool all_but_closed(const MeshReport& input) {
+  const auto open = std::ranges::find(input.defects, "open_edges"sv, &Defect::name);
+  return open == input.defects.end() || 100 * open->count < input.triangles;
 }
 
 /// The last full model, where its distance field is that of these options; null where it is not.
@@ -65,15 +70,21 @@ std::shared_ptr<StoredMesh> store_mesh(Api& api, const MeshFile& file, bool& add
 }
 
 std::shared_ptr<const StoredModel> make_model(Api& api, const std::shared_ptr<StoredMesh>& mesh,
-                                              const MeshingOptions& asked, bool preview, Progress& progress) {
+                                              const MeshingOptions& asked, std::optional<int> preview_cells,
+                                              Progress& progress) {
+  const bool preview = preview_cells.has_value();
+  const int most = preview_cells.value_or(0);
   // Coarse only where a full run would not be quick. With the distance field at hand it is, but for many
   // cells and for the rays, which then sweep a part of its voxels.
-  const MeshingOptions wanted = preview ? with_preview_cells(asked) : asked;
+  const MeshingOptions wanted = preview ? with_preview_cells(asked, most) : asked;
   const auto full = preview ? full_model_of_field(*mesh, wanted) : nullptr;
   const bool same_rays = full && full->options.pseudo_volume == wanted.pseudo_volume;
-  const int stride = full && !same_rays ? preview_stride(wanted) : 1;
+  const bool encloses = full && all_but_closed(*full->input);
+  const int stride = full && !same_rays ? preview_stride(wanted, most, encloses) : 1;
   const bool coarse = preview && (!full || stride > 1);
-  const MeshingOptions options = !coarse ? wanted : full ? thinned(wanted, stride) : preview_options(wanted);
+  const MeshingOptions options = !coarse ? wanted
+                                 : full  ? thinned(wanted, stride)
+                                         : preview_options(wanted, most);
   const std::string content =
       mesh->id + " " + describe(options) + (stride > 1 ? " thinned by " + std::to_string(stride) : "");
   if (auto known = api.catalog.find_model(content_id("d", content))) return known;
@@ -115,7 +126,7 @@ void resolve_meshes(Api& api, Scene& scene, Progress& progress) {
     else
       throw Error(ErrorCode::invalid_argument, "no mesh '" + name + "'",
                   "name a sample's file, the id of a mesh or the id of a model");
-    shape = ModelShape{make_model(api, mesh, named->meshing, false, progress)->model};
+    shape = ModelShape{make_model(api, mesh, named->meshing, std::nullopt, progress)->model};
   };
   for (SceneBody& body : scene.bodies) std::visit([&](auto& kind) { resolve(kind.shape); }, body.kind);
 }

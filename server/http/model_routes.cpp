@@ -30,7 +30,7 @@ Response post_model(Api& api, const Request& request) {
   if (wanted.supersedes) api.jobs.cancel(*wanted.supersedes);
   const auto drawing = wanted.drawing ? std::make_shared<std::string>() : nullptr;
   const JobView job = api.jobs.submit(
-      "model", [&api, mesh, drawing, precision, options = wanted.options, preview = wanted.preview,
+      "model", [&api, mesh, drawing, precision, options = wanted.options, preview = wanted.preview_cells,
                 budget = wanted.budget_tets](Progress& progress) mutable {
         if (budget)
           options = mesh->full.with([&](AuthoringPipeline& pipeline) {

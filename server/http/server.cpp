@@ -55,7 +55,7 @@ void Server::warm() {
     bool added = false;
     const auto mesh = store_mesh(api_, {first.file, {}, first.text}, added, progress);
     const MeshingOptions options = first.preset.empty() ? MeshingOptions{} : preset_options(first.preset);
-    make_model(api_, mesh, options, false, progress);
+    make_model(api_, mesh, options, std::nullopt, progress);
     return std::string("{}");
   });
 }

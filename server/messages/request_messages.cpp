@@ -131,10 +131,14 @@ ModelRequest read_model_request(std::string_view text) {
   if (const Json* params = reader.member("params"))
     read_params(reader, *params, request.budget_tets ? Cells::sought : Cells::given, request.options);
   request.supersedes = reader.text("supersedes");
-  request.preview = reader.choice("quality", {"full", "preview"}).value_or(0) == 1;
+  const bool preview = reader.choice("quality", {"full", "preview"}).value_or(0) == 1;
+  const auto preview_cells = reader.integer("preview_cells", least_preview_cells, most_preview_cells);
+  if (preview) request.preview_cells = static_cast<int>(preview_cells.value_or(most_preview_cells));
   request.drawing = reader.boolean("drawing").value_or(false);
   request.dry_run = reader.boolean("dry_run").value_or(false);
-  if (request.drawing && !request.preview)
+  if (preview_cells && !preview)
+    reader.fault("preview_cells", "is of previews only: ask for the quality preview, or leave it out");
+  if (request.drawing && !preview)
     reader.fault("drawing", "is of previews only: ask for it with the quality preview, or leave it out");
   if (request.drawing && request.dry_run)
     reader.fault("drawing", "stands beside dry_run, which makes no model: leave out one of them");

@@ -29,8 +29,8 @@ struct ModelRequest {
   MeshingOptions options;
   std::optional<std::string> supersedes;
   std::optional<std::int64_t> budget_tets;  ///< cells as the lattice that comes closest has them
-  bool preview = false;
-  bool drawing = false;  ///< to come with the answer
+  std::optional<int> preview_cells;         ///< of a preview: so many along the longest edge at most
+  bool drawing = false;                     ///< to come with the answer
   bool dry_run = false;
 };
 ModelRequest read_model_request(std::string_view text);

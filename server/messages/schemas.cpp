@@ -64,6 +64,8 @@ std::string_view api_schemas() {
     "params": {"type": "object", "description": "Names and ranges as in GET /parameters"},
     "preset": {"type": "string"}, "supersedes": {"type": "string", "description": "A job to cancel first"},
     "quality": {"enum": ["full", "preview"]}, "dry_run": {"type": "boolean"},
+    "preview_cells": {"type": "integer", "minimum": 8, "maximum": 32, "default": 32,
+      "description": "Of a preview only: cells along the longest edge at most"},
     "drawing": {"type": "boolean",
       "description": "Of a preview only: an answer with the job done within wait_ms brings the tets and their quality"},
     "budget_tets": {"type": "integer", "minimum": 1, "maximum": 1000000000,

@@ -164,18 +164,17 @@ TEST_F(Resources, TheSameRequestIsTheSameModelAndWhatStaysIsReused) {
 
 TEST_F(Resources, APreviewIsCoarseWhereRaysAreCastAnewOrThereAreManyCells) {
   const std::string mesh = upload("cube");
-  const auto preview = [&](const json& params) {
-    const json job =
-        client_.finish(client_
-                           .send_json("POST", "/api/v1/models",
-                                      {{"mesh_id", mesh}, {"params", params}, {"quality", "preview"}})
-                           .json());
-    return job["result"];
+  const auto preview = [&](const json& params, int cells = 32) {
+    const json request = {
+        {"mesh_id", mesh}, {"params", params}, {"quality", "preview"}, {"preview_cells", cells}};
+    return client_.finish(client_.send_json("POST", "/api/v1/models", request).json())["result"];
   };
   const json moved = {{"voxels", 128}, {"cells", 16}, {"p_in_voxels", 2.0}, {"p_subs_voxels", 3.0}};
   make_model(mesh, {{"voxels", 128}, {"cells", 12}});
   EXPECT_EQ(preview({{"voxels", 128}, {"cells", 16}})["model"]["params"]["voxels"], 128);
   EXPECT_EQ(preview({{"voxels", 128}, {"cells", 48}})["model"]["params"]["cells"], 24);
+  EXPECT_EQ(preview({{"voxels", 128}, {"cells", 48}}, 16)["model"]["params"]["cells"], 12);
+  EXPECT_EQ(preview({{"voxels", 128}, {"cells", 16}, {"p_in_voxels", 1.2}})["model"]["params"]["voxels"], 64);
   const json coarse = preview(moved), exact = make_model(mesh, moved);
   EXPECT_EQ(coarse["model"]["params"]["voxels"], 64);
   EXPECT_EQ(coarse["model"]["params"]["p_in_voxels"], 1.0);
@@ -213,6 +212,18 @@ TEST_F(Resources, APreviewBringsItsDrawingAndLeavesOutWhatAsksTheInputAgain) {
   request["quality"] = "preview";
   const json again = client_.finish(client_.send_json("POST", "/api/v1/models", request).json());
   EXPECT_EQ(again["result"]["model_id"], whole["result"]["model_id"]);  // which is there
+}
+
+TEST_F(Resources, CellsOfAPreviewAreFewAndOfPreviewsAlone) {
+  const json request = {{"mesh_id", upload("cube")}, {"params", coarse_}};
+  for (const json& more :
+       {json{{"preview_cells", 16}}, json{{"quality", "preview"}, {"preview_cells", 33}}}) {
+    json asked = request;
+    asked.update(more);
+    const HttpResponse refused = client_.send_json("POST", "/api/v1/models", asked);
+    EXPECT_EQ(refused.status, 422) << asked;
+    EXPECT_EQ(refused.json()["errors"][0]["pointer"], "/preview_cells") << refused.body;
+  }
 }
 
 TEST_F(Resources, ADrawingIsOfPreviewsThatAreMade) {

@@ -98,17 +98,22 @@ TEST(Budget, APreviewKeepsDistancesAtFewerVoxels) {
   EXPECT_DOUBLE_EQ(preview_options(options).pseudo_volume.p_in_voxels, 1.0);
   options.voxels = 40;
   EXPECT_EQ(preview_options(options).voxels, 40);
+  EXPECT_EQ(preview_options(options, 12).voxels, 24);
+  EXPECT_EQ(preview_options(options, 12).lattice.cells, 12);
 }
 
 TEST(Budget, APreviewStepsOverVoxelsThatNeitherCellsNorThresholdsNeed) {
-  const auto stride = [](int voxels, int cells, double p_in) {
+  const auto stride = [](int voxels, int cells, double p_in, int most_cells = most_preview_cells,
+                         bool encloses = false) {
     MeshingOptions options;
     options.voxels = voxels, options.lattice.cells = cells;
     options.pseudo_volume.p_in_voxels = p_in;
-    return preview_stride(options);
+    return preview_stride(options, most_cells, encloses);
   };
   EXPECT_EQ(stride(128, 24, 4.0), 2);
+  EXPECT_EQ(stride(128, 12, 4.0, 16), 4);
   EXPECT_EQ(stride(128, 24, 1.0), 1);
+  EXPECT_EQ(stride(128, 24, 1.0, 32, true), 2);
   EXPECT_EQ(stride(128, 48, 4.0), 1);
   EXPECT_EQ(stride(512, 48, 8.0), 5);
   EXPECT_EQ(stride(512, 48, 2.0), 2);

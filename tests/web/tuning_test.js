@@ -99,6 +99,37 @@ test('a preview asks for the next and begins its picture before the panels are w
   await eventually(() => tets(page), n => n === made_before, 'the model as it was');
 });
 
+test('where previews are long in coming, coarser ones are asked for, and an empty one is no problem', async () => {
+  const before = await tets(page), path = '**/api/v1/models?*', cells = [];
+  let empty = false;
+  await page.route(path, async route => {
+    const {quality, preview_cells} = route.request().postDataJSON();
+    if (quality !== 'preview') return route.continue();
+    cells.push(preview_cells);
+    await new Promise(resolve => setTimeout(resolve, 100));
+    const problem = {title: 'Empty', status: 422, code: 'empty_result', detail: 'no voxel lies inside'};
+    return empty ? route.fulfill({json: {id: 'j0', status: 'failed', problem}}) : route.continue();
+  });
+  for (const [k, value] of [20, 22, 20, 22, 20].entries()) {
+    await move_slider(page, 'Cells', value);
+    await eventually(() => Promise.resolve(cells.length), n => n > k, 'a preview asked for');
+    await status(page).filter({hasText: /^Preview: /}).waitFor();
+    await at_rest(page);
+  }
+  assert.equal(cells.at(-1), 12, cells.join());
+  empty = true;
+  const asked = cells.length;
+  await move_slider(page, 'Cells', 18);
+  await eventually(() => Promise.resolve(cells.length), n => n > asked, 'the empty preview');
+  await badge('Lattice').filter({hasText: 'stale'}).waitFor();
+  assert.equal(await page.locator('.problem-card').count(), 0);
+  await page.unroute(path);
+  await page.getByRole('slider', {name: 'Cells', exact: true}).dispatchEvent('change');
+  await tets_ready(page);
+  await page.getByRole('button', {name: 'Undo'}).click();
+  await eventually(() => tets(page), n => n === before, 'the model as it was');
+});
+
 test('a preview that is not wanted any more when its job is told of is cancelled', async () => {
   const before = await tets(page), path = '**/api/v1/models?*';
   let let_answer, answer_held;

@@ -47,7 +47,8 @@ export class SurfaceLayer {
     this.viewport.invalidate();
   }
 
-  update({plane = null, edges_only = false, glass = false}) {
+  /// fine: drawn only when the picture is sharp.
+  update({plane = null, edges_only = false, glass = false, fine = false}) {
     this.glass = glass && !edges_only;
     const {uniforms} = this.material;
     uniforms.clip.value = plane ?? no_clip;
@@ -56,7 +57,7 @@ export class SurfaceLayer {
     this.material.wireframe = edges_only;
     this.material.transparent = this.glass;
     // Glass is drawn twice over what stands behind it: not while a slow picture moves.
-    for (const mesh of [this.mesh, this.depth]) mesh.layers.set(this.glass ? fine_layer : 0);
+    for (const mesh of [this.mesh, this.depth]) mesh.layers.set(this.glass || fine ? fine_layer : 0);
     this.show(this.on);
     this.viewport.invalidate();
   }

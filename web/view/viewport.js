@@ -9,7 +9,7 @@ const slow_picture = 30, very_slow_picture = 60, settled = 250, poll = 2;  // mi
 export const fine_layer = 1;
 
 /// The canvas, its camera and its light; draws only when asked to. Layers add their objects to `scene` (world) or
-/// `model` (the mesh's own coordinates, placed as the body stands in the world).
+/// `model` (the mesh's own coordinates, placed as the body stands in the world). Events: picture (drawn, in how many ms).
 export class Viewport extends EventTarget {
   constructor(store) {
     super();
@@ -174,8 +174,10 @@ export class Viewport extends EventTarget {
     const look = () => {
       if (gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED) return void setTimeout(look, poll);
       gl.deleteSync(fence);
-      if (sharpness === 1) this.sharp_ms = performance.now() - from;
+      const ms = performance.now() - from;
+      if (sharpness === 1) this.sharp_ms = ms;
       if (this.fence === fence) this.fence = null;
+      this.dispatchEvent(new CustomEvent('picture', {detail: ms}));
     };
     setTimeout(look);
   }

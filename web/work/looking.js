@@ -35,6 +35,7 @@ export class Looking extends EventTarget {
     meshing.addEventListener('geometry', () => this.show_geometry());
     meshing.addEventListener('model', () => this.show_cells());
     meshing.addEventListener('voxels', () => (this.voxels.set_voxels(meshing.voxels), this.update()));
+    viewport.addEventListener('picture', ({detail}) => meshing.pace(detail));
     simulation.addEventListener('bodies', () => (this.sim.set_bodies(simulation.bodies), this.place()));
     simulation.addEventListener('frame', once_a_frame(() => this.show_frame()));
     store.on(['view.layers', 'view.clip', 'view.explode', 'view.edges_only', 'view.color_by', 'view.voxel_color',
@@ -126,7 +127,9 @@ export class Looking extends EventTarget {
     const solid = layers.tets || layers.voxels;
     if ((layers.voxels || view.color_by === 'density') && this.meshing.model && !this.meshing.voxels) this.run(() => this.meshing.load_voxels());
     this.surface.show(layers.surface && Boolean(this.meshing.geometry));
-    this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only, glass: view.surface_look === 'glass' && this.shows_inside(layers)});
+    // What a slider changes comes first: without a graphics processor the surface takes longer than a preview's tets.
+    this.surface.update({plane: solid ? null : plane, edges_only: view.edges_only, glass: view.surface_look === 'glass' && this.shows_inside(layers),
+      fine: this.meshing.preview === true && layers.tets});
     this.coloring = this.same_coloring(view) ?? tet_coloring(view.color_by, this.meshing, this.sim);
     this.voxel_colors = this.voxel_coloring(view);
     this.sim_colors = layers.sim && view.sim_look === 'cells' ? sim_coloring(view.color_by, this.coloring, this.sim) : null;

@@ -9,6 +9,13 @@ export const stage_names = ['distance_field', 'pseudo_volume', 'lattice', 'tetra
 // distance field that the first one makes serves those after it.
 const preview_patience = 2000;
 
+// Most cells along a preview's longest edge; how coarse they become is what their pictures take.
+const preview_cells = [12, 16, 24, 32];
+
+// Milliseconds from a slider's move to its picture: where moves wait as long as the preview before them takes, longer ones
+// would come too late, and after much shorter ones there is time for more cells.
+const too_long = 90, short = 35;
+
 /// Milliseconds of work before it shows how far it is.
 export const unnoticed = 300;
 
@@ -31,6 +38,7 @@ export class Meshing extends EventTarget {
     this.stages = Object.fromEntries(stage_names.map(name => [name, {state: 'stale', ms: null, reused: false}]));
     this.job = null;
     this.waiting = null;
+    this.detail = 1;  // of preview_cells
     this.busy = false;
     this.files = new Map();  // of a person, by the id of their mesh
     store.on('params', live => this.shows(store.get('mesh')) && this.request(live));
@@ -117,11 +125,11 @@ export class Meshing extends EventTarget {
     this.started = performance.now();
     this.mark_changed(params);
     try {
-      const made = await this.make_model(model_request(mesh, params, live), abort);
+      const made = await this.make_model(model_request(mesh, params, live && preview_cells[this.detail]), abort);
       if (abort.signal.aborted) return;
       await this.adopt(made, params, live, abort);
     } catch (error) {
-      if (!abort.signal.aborted && error.name !== 'AbortError') this.fail(error);
+      if (!abort.signal.aborted && error.name !== 'AbortError') this.fail(error, live);
     }
     if (this.abort === abort && this.busy) this.go_on();
   }
@@ -154,6 +162,7 @@ export class Meshing extends EventTarget {
     if (asked < this.asked || mesh !== this.mesh) return;
     Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
     this.took_ms = performance.now() - this.started;
+    this.unpaced = live;
     const made = Object.fromEntries(model.stages.map(({name, ms, reused}) => [name, {state: 'fresh', ms, reused}]));
     for (const name of stage_names) this.stages[name] = made[name] ?? {...this.stages[name], state: 'stale'};  // of a preview
     if (this.abort === abort) this.go_on();  // the server works while this model is drawn
@@ -161,9 +170,20 @@ export class Meshing extends EventTarget {
     this.tell('model');
   }
 
-  fail(problem) {
-    this.problem = problem;
+  /// Chooses how coarse the next previews are, by what this one and its picture took.
+  pace(picture_ms) {
+    if (!this.unpaced) return;
+    this.unpaced = false;
+    const last = 2 * this.took_ms + picture_ms;  // of a move just after it was asked for
+    if (last > too_long) this.detail = Math.max(0, this.detail - 1);
+    else if (last < short) this.detail = Math.min(preview_cells.length - 1, this.detail + 1);
+  }
+
+  /// Of a preview that is empty nothing is said: it is coarse, and the whole model may have cells.
+  fail(problem, live = false) {
     for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';
+    if (live && problem.code === 'empty_result') return this.tell('stages');
+    this.problem = problem;
     // Of an empty model the phase is that of the settings that were tried after it.
     const failed = problem.code === 'empty_result' ? 'lattice' : this.job?.phase ?? stage_names.find(name => this.stages[name].state === 'stale');
     if (this.stages[failed] && problem.code !== 'server_lost') this.stages[failed].state = 'failed';
@@ -224,7 +244,9 @@ export class Meshing extends EventTarget {
   }
 }
 
-const model_request = (mesh, params, live) => ({mesh_id: mesh.id, params: wire_params(params), quality: live ? 'preview' : 'full', drawing: live});
+/// preview_cells: of a preview; false asks for the full model.
+const model_request = (mesh, params, preview_cells) => ({mesh_id: mesh.id, params: wire_params(params),
+  ...preview_cells ? {quality: 'preview', preview_cells, drawing: true} : {quality: 'full'}});
 
 const geometry_of = (mesh, origin) => [`/meshes/${mesh.id}/geometry${precision(origin)}`, 'load', origin];
 
