@@ -40,11 +40,7 @@ class SoftBodyBuilder {
     body.masses = particle_masses(*body.mesh, body.rest_volumes, densities(), deformable_.masses);
     body.total_mass = std::accumulate(body.masses.begin(), body.masses.end(), 0.0);
     for (const double mass : body.masses) body.inverse_masses.push_back(1.0 / mass);
-    body.material = {
-        deformable_.edge_modulus ? *deformable_.edge_modulus * body.cell_size : deformable_.edge_stiffness,
-        deformable_.diagonal_modulus ? *deformable_.diagonal_modulus * body.cell_size
-                                     : deformable_.diagonal_stiffness,
-        deformable_.damping};
+    body.material = spring_material(deformable_, body.cell_size);
     body.friction = source_.friction;
     body.restitution = source_.restitution;
     throw_if_scope_cancelled();
@@ -203,6 +199,14 @@ void add_pins(World& world, const Pin& pin) {
 }
 
 }  // namespace
+
+SpringMaterial spring_material(const SpringSettings& springs, double cell_size) {
+  const auto stiffness = [&](const std::optional<double>& modulus, double given) {
+    return modulus ? *modulus * cell_size : given;
+  };
+  return {stiffness(springs.edge_modulus, springs.edge_stiffness),
+          stiffness(springs.diagonal_modulus, springs.diagonal_stiffness), springs.damping};
+}
 
 void build_springs(SceneSoftBody& soft) {
   SoftBody& body = soft.body;

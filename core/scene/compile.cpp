@@ -127,10 +127,10 @@ class CompiledSimulation final : public Simulation {
     plan_phases(world_);
   }
 
-  void set_material(int body, double edge_stiffness, double diagonal_stiffness, double damping) override {
+  void set_material(int body, const SpringSettings& springs) override {
     for (SceneSoftBody& soft : world_.soft) {
       if (soft.id != body) continue;
-      soft.body.material = {edge_stiffness, diagonal_stiffness, damping};
+      soft.body.material = spring_material(springs, soft.body.cell_size);
       build_springs(soft);
     }
     plan_phases(world_);

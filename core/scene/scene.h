@@ -64,14 +64,18 @@ struct DensityRegion {
   double density = 1000.0;
 };
 
-struct DeformableBody {
+/// Of a body's springs: a stiffness each, or a modulus, which does not change with the resolution.
+struct SpringSettings {
+  double edge_stiffness = 1e4, diagonal_stiffness = 1e3;  ///< N/m a spring; shared edges add
+  std::optional<double> edge_modulus, diagonal_modulus;   ///< Pa; k = E·cell_size, overrides the stiffness
+  double damping = 0.0;  ///< seconds: force −damping·k·(rate of length change)
+};
+
+struct DeformableBody : SpringSettings {
   std::variant<LatticeShape, MeshShape, ModelShape> shape;
   double density = 1000.0;  ///< kg/m³
   std::vector<DensityRegion> densities;
   MassLumping masses = MassLumping::lumped;
-  double edge_stiffness = 1e4, diagonal_stiffness = 1e3;  ///< N/m a spring; shared edges add
-  std::optional<double> edge_modulus, diagonal_modulus;   ///< Pa; k = E·cell_size, overrides the stiffness
-  double damping = 0.0;  ///< seconds: force −damping·k·(rate of length change)
   bool self_contact = false;
   StartState start;
 };

@@ -69,7 +69,7 @@ class Simulation {
   virtual void move_body(int body, const Vec3& position, const Eigen::Quaterniond& orientation) = 0;
   virtual void set_gravity(const Vec3& gravity) = 0;
   virtual void set_solver(const SolverOptions& solver) = 0;
-  virtual void set_material(int body, double edge_stiffness, double diagonal_stiffness, double damping) = 0;
+  virtual void set_material(int body, const SpringSettings& springs) = 0;
 };
 
 /// Builds only the phases that the scene uses. Meshes are read and meshed here; a progress is worth having.

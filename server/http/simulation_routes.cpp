@@ -84,10 +84,7 @@ void apply_materials(SimulationRunner& runner, const std::vector<MaterialChange>
                   "change a deformable one");
     runner.change(
         fmt::format("material {}", m.body),
-        [m](Simulation& simulation) {
-          simulation.set_material(m.body, m.edge_stiffness, m.diagonal_stiffness, m.damping);
-        },
-        true);
+        [m](Simulation& simulation) { simulation.set_material(m.body, m.springs); }, true);
   }
 }
 

@@ -100,10 +100,16 @@ MaterialChange read_material(const Json& json, const std::string& pointer) {
   ObjectReader reader(json, pointer);
   MaterialChange change;
   change.body = static_cast<int>(reader.required("body", reader.integer("body", 0, 1000000)));
-  change.edge_stiffness = reader.required("edge_stiffness", reader.number("edge_stiffness", 0.0, 1e12));
-  change.diagonal_stiffness =
-      reader.required("diagonal_stiffness", reader.number("diagonal_stiffness", 0.0, 1e12));
-  change.damping = reader.number("damping", 0.0, 1e3).value_or(0.0);
+  SpringSettings& springs = change.springs;
+  springs.edge_modulus = reader.number("edge_modulus", 0.0, 1e12);
+  springs.diagonal_modulus = reader.number("diagonal_modulus", 0.0, 1e12);
+  const auto stiffness = [&](const std::string& name, bool has_modulus) {
+    const auto given = reader.number(name, 0.0, 1e12);
+    return has_modulus ? given.value_or(0.0) : reader.required(name, given);
+  };
+  springs.edge_stiffness = stiffness("edge_stiffness", springs.edge_modulus.has_value());
+  springs.diagonal_stiffness = stiffness("diagonal_stiffness", springs.diagonal_modulus.has_value());
+  springs.damping = reader.number("damping", 0.0, 1e3).value_or(0.0);
   reader.finish("material");
   return change;
 }

@@ -43,7 +43,7 @@ SimulationRequest read_simulation_request(std::string_view text);
 
 struct MaterialChange {
   int body = 0;
-  double edge_stiffness = 0.0, diagonal_stiffness = 0.0, damping = 0.0;
+  SpringSettings springs;
 };
 struct SimulationChange {
   std::optional<bool> play;

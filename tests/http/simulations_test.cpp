@@ -191,6 +191,10 @@ TEST_F(SimulationsApi, LiveChangesTakeEffectAndSurviveARestart) {
   EXPECT_EQ(
       patch(path, {{"materials", {{{"body", 7}, {"edge_stiffness", 1}, {"diagonal_stiffness", 1}}}}}).status,
       422);
+  EXPECT_EQ(
+      patch(path, {{"materials", {{{"body", 0}, {"edge_modulus", 1e5}, {"diagonal_modulus", 0}}}}}).status,
+      200);
+  EXPECT_EQ(patch(path, {{"materials", {{{"body", 0}, {"edge_modulus", 1e5}}}}}).status, 422);
   EXPECT_EQ(patch(path, {{"gravity", {0, 0}}}).status, 422);
   EXPECT_EQ(patch(path, {{"colour", "red"}}).status, 422);
 }

@@ -134,9 +134,7 @@ class Planted : public Simulation {
   }
   void set_gravity(const Vec3& gravity) override { inner_->set_gravity(gravity); }
   void set_solver(const SolverOptions& solver) override { inner_->set_solver(solver); }
-  void set_material(int body, double edge, double diagonal, double damping) override {
-    inner_->set_material(body, edge, diagonal, damping);
-  }
+  void set_material(int body, const SpringSettings& springs) override { inner_->set_material(body, springs); }
 
  private:
   std::unique_ptr<Simulation> inner_;

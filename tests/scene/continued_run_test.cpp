@@ -2,6 +2,7 @@
 
 #include "core/scene/read_scene.h"
 #include "core/scene/simulation.h"
+#include "tests/scene/scenes.h"
 
 namespace isochor {
 namespace {
@@ -64,6 +65,21 @@ TEST(ContinuedRun, WhatIsAddedOnTheWayIsMet) {
   EXPECT_GT(contacts, 0);
   EXPECT_GT(after->snapshot().bodies[0].positions[0].y(),
             before->snapshot().bodies[0].positions[0].y() + 0.3);
+}
+
+/// A modulus is a stiffness a metre of cell, also when it comes while the scene runs.
+TEST(LiveMaterial, AModulusIsTheStiffnessOfACellsSize) {
+  Progress quiet;
+  const Scene scene = isochor::testing::stretched_cube(4, 1e3, 1.0 / 60.0, SpringIntegrator::automatic);
+  const auto by_modulus = compile(scene, quiet), by_stiffness = compile(scene, quiet);
+  SpringSettings given;
+  given.edge_modulus = 4e4, given.diagonal_modulus = 0.0;
+  by_modulus->set_material(0, given);
+  given = {};
+  given.edge_stiffness = 1e4, given.diagonal_stiffness = 0.0;
+  by_stiffness->set_material(0, given);
+  EXPECT_EQ(by_modulus->step(quiet).metrics.potential_energy,
+            by_stiffness->step(quiet).metrics.potential_energy);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ class FakeSimulation final : public Simulation {
   void move_body(int, const Vec3&, const Eigen::Quaterniond&) override {}
   void set_gravity(const Vec3& gravity) override { scene_.gravity = gravity; }
   void set_solver(const SolverOptions& solver) override { scene_.solver = solver; }
-  void set_material(int, double, double, double) override {}
+  void set_material(int, const SpringSettings&) override {}
 
  private:
   std::shared_ptr<const TetMesh> mesh_;

@@ -208,6 +208,30 @@ test('damping changes while it runs, and takes the energy out', async () => {
   await page.context().close();
 });
 
+test('the fields of a scene that says little show what it runs with, and moduli and damping change while it runs', async () => {
+  const page = await suite.open(small);
+  const refused = [];
+  page.on('response', response => response.status() >= 400 && refused.push(response.url()));
+  await drop(page, 'little.json', JSON.stringify({name: 'little', duration: null,
+    bodies: [{name: 'block', type: 'deformable', edge_modulus: 30000, lattice: {cells: [4, 4, 4], cell_size: 0.1, origin: [-0.2, 1, -0.2]}}]}));
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  const exact = name => page.getByLabel(`${name}, exact value`, {exact: true});
+  const shown = await Promise.all(['Mass density', 'Friction', 'Gravity', 'Tolerance', 'Diagonal stiffness'].map(name => exact(name).inputValue()));
+  assert.deepEqual(shown.map(Number), [1000, 0.3, -9.81, 1e-6, 1000]);
+  await play(page);
+  await played_to(page, 0.1);
+  for (const [name, value] of [['Damping', '0.01'], ['Edge modulus', '50000']]) {
+    const changed = page.waitForResponse(response => response.request().method() === 'PATCH');
+    await exact(name).fill(value);
+    await exact(name).press('Enter');
+    assert.equal((await changed).status(), 200, name);
+  }
+  assert.deepEqual(refused, []);
+  assert.ok((await newest_run(page)).t > 0.1, 'without a restart');
+  no_complaints(page);
+  await page.context().close();
+});
+
 /// A mirrored block: all its tets are inverted at the start.
 const mirrored = JSON.stringify({name: 'mirrored', duration: null, frame_rate: 60, gravity: [0, 0, 0],
   solver: {volume: 'newton', constraint: 'per_cell', tolerance: 1e-6, springs: 'auto', substeps: 'auto', max_iterations: 40},

@@ -1,6 +1,6 @@
 import {same} from './store.js';
 
-const live_material = ['edge_stiffness', 'diagonal_stiffness', 'damping'];
+const live_material = ['edge_stiffness', 'diagonal_stiffness', 'edge_modulus', 'diagonal_modulus', 'damping'];
 const live_pose = ['position', 'orientation'];
 const not_of_the_start = ['density', 'friction', 'restitution', 'self_contact'];
 

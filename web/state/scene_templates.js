@@ -76,6 +76,22 @@ export const scene_templates = {
   },
 };
 
+// What the server takes where a scene says nothing (core/scene/scene.h), for the fields to show.
+const usual = {
+  scene: {gravity: [0, -9.81, 0]},
+  solver: {volume: 'newton', springs: 'auto', substeps: 'auto', tolerance: 1e-6},
+  deformable: {density: 1000, damping: 0, friction: 0.3, restitution: 0},
+  stiffness: {edge: 1e4, diagonal: 1e3},
+};
+
+/// The same scene with all that its fields show.
+export function complete_scene(scene) {
+  const stiffness = body => Object.fromEntries(Object.entries(usual.stiffness)
+    .filter(([name]) => body[`${name}_modulus`] === undefined).map(([name, value]) => [`${name}_stiffness`, value]));
+  return {...usual.scene, ...scene, solver: {...usual.solver, ...scene.solver},
+    bodies: scene.bodies.map(body => body?.type === 'deformable' ? {...usual.deformable, ...stiffness(body), ...body} : body)};
+}
+
 /// The template of a scene that came from a file or a sample.
 export const own_scene = 'own';
 

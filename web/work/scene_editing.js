@@ -1,5 +1,5 @@
 import {only_sim} from './playing.js';
-import {own_scene} from '../state/scene_templates.js';
+import {complete_scene, own_scene} from '../state/scene_templates.js';
 
 const free_name = (bodies, kind) => {
   for (let n = 1; ; ++n) if (!bodies.some(({name}) => name === `${kind} ${n}`)) return `${kind} ${n}`;
@@ -49,7 +49,7 @@ export const scene_editing = app => {
     /// A scene as a file has it. What was there stays until all its meshes are found.
     async open_scene_document(scene) {
       await app.find_meshes(scene);
-      store.set({scene, template: own_scene, 'view.layers': only_sim, 'view.camera': null}, `scene ${scene.name}`);
+      store.set({scene: complete_scene(scene), template: own_scene, 'view.layers': only_sim, 'view.camera': null}, `scene ${scene.name}`);
       app.tell('scene');
       await app.ready_to_step();
     },
