@@ -74,13 +74,25 @@ std::optional<double> find_p_in(const Model& model, Trials& trials) {
   return std::nullopt;
 }
 
-/// A density that keeps at least the fullest cells, where it works.
+/// A density that keeps at least the fullest cells; 0 where they are all but empty.
+double lower_density(const Model& model) {
+  return std::floor(80.0 * *std::ranges::max_element(model.lattice->density)) / 100.0;
+}
+
+/// That density, where it works.
 std::optional<double> find_density(const Model& model, Trials& trials) {
   MeshingOptions options = model.options;
-  options.lattice.density = std::floor(80.0 * *std::ranges::max_element(model.lattice->density)) / 100.0;
+  options.lattice.density = lower_density(model);
   if (options.lattice.density < model.options.lattice.density && trials.work(options))
     return options.lattice.density;
   return std::nullopt;
+}
+
+/// A body all the same, of what is thinner than its cells.
+std::string thick_advice(const Model& model) {
+  const double density = lower_density(model);
+  if (density <= 0.0 || density >= model.options.lattice.density) return "";
+  return fmt::format(", or try density {}, which makes it as thick as its cells", density);
 }
 
 [[noreturn]] void throw_with_fix(const std::string& what, const std::string& parameter,
@@ -92,7 +104,7 @@ std::optional<double> find_density(const Model& model, Trials& trials) {
 
 /// Where no setting that was tried works.
 std::string last_advice(const Model& model) {
-  if (model.enclosed_volume > 0.0) return wall_advice(model);
+  if (model.enclosed_volume > 0.0) return wall_advice(model) + thick_advice(model);
   if (const auto fault = input_below_a_cell(model)) return fmt::format("{}: {}", fault->what, fault->hint);
   return "try the preset thin or more cells";
 }

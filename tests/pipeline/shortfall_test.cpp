@@ -106,6 +106,16 @@ TEST(Shortfall, AClosedPlateLearnsHowManyCellsItsWallsNeed) {
               HasSubstr("thicken the walls"));
 }
 
+TEST(Shortfall, APlateThinnerThanAllCellsLearnsWhatMakesABodyAsThickAsThem) {
+  const TriangleSoup plate = test::box({0, 0, 0}, {100, 0.4, 60});
+  MeshingOptions options = settings(128, 24);
+  const std::string hint = failure(plate, options).hint(), words = "or try density ";
+  const auto at = hint.find(words);
+  ASSERT_NE(at, std::string::npos) << hint;
+  options.lattice.density = std::stod(hint.substr(at + words.size()));
+  EXPECT_GT(make(plate, options)->lattice->kept_count, 0);
+}
+
 TEST(Shortfall, APlateThatItsThresholdsThickenIsNotToldToTakeFewerCells) {
   MeshingOptions thick = settings(108, 54, 4.0);
   thick.lattice.density = 0.2, thick.lattice.fit_volume = false;

@@ -74,7 +74,7 @@ export class Meshing extends EventTarget {
     give_way();
     take();
     Object.assign(this, {mesh, sample, origin: origin_of(mesh.report.bounds), made_with: null});
-    this.model = this.cells = this.voxels = null;
+    this.model = this.cells = this.voxels = this.problem = null;
     const geometry = load(this.client, ...geometry_of(mesh, this.origin));
     this.request(false);
     this.tell('mesh');
@@ -204,6 +204,7 @@ export class Meshing extends EventTarget {
   /// The model with all its stages, of what was last asked for: a preview will not do, nor one that is being replaced.
   async whole_model() {
     if (this.model && !this.preview && !this.busy) return this.model;
+    if (this.problem?.code === 'empty_result' && !this.busy) throw this.problem;  // again, with the ways on
     return new Promise((resolve, reject) => {
       const check = () => !this.preview && this.model && done(() => resolve(this.model));
       const fail = () => done(() => reject(this.problem));
