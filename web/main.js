@@ -27,7 +27,7 @@ function lay_out() {
   app.viewport.bars = [look, camera];
   const view = h('main', {class: 'viewport', 'aria-label': 'View'},
     app.viewport.renderer ? [app.viewport.canvas, camera] : no_view(), h('div', {class: 'notices'}, progress_card(app), cards));
-  document.body.append(header(app), view, look, transport(app), stages_panel(app), inspector(app), status_line(app));
+  document.body.append(header(app), view, transport(app), look, stages_panel(app), inspector(app), status_line(app));
 }
 
 async function start() {

@@ -1,5 +1,6 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
 import {browser_tests, eventually, no_complaints, status} from './support/browser.js';
 import {focused, missed, walk} from './support/keyboard.js';
 import {at_rest, look, look_at_rest} from './support/pixels.js';
@@ -56,6 +57,26 @@ test('Tab reaches every control that is seen; each has a name and shows its focu
   });
   assert.deepEqual(await missed(page), []);
   assert.ok(stops.length > 100, `${stops.length} stops`);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('at 390 px Tab goes down the page, and the view and the status never cover what it comes to', async () => {
+  const page = await suite.open({width: 390, height: 844});
+  await page.keyboard.press('4');
+  await page.locator('.transport .time').filter({hasText: 'step 0 '}).waitFor();
+  const regions = [];
+  await walk(page, async stop => {
+    const {region, seen} = await page.evaluate(() => {
+      const element = document.activeElement, {x, y, width, height} = element.getBoundingClientRect();
+      const top = document.elementFromPoint(x + width / 2, y + height / 2);
+      return {region: [...document.body.children].find(part => part.contains(element)).getAttribute('aria-label'), seen: element.contains(top) || top?.contains(element)};
+    });
+    assert.ok(seen, `${stop.name} is seen`);
+    if (regions.at(-1) !== region) regions.push(region);
+  });
+  assert.deepEqual(regions, ['Isochor', 'View', 'Transport', 'What is shown', 'Stages', 'Inspector']);
+  assert.deepEqual(await missed(page), []);
   no_complaints(page);
   await page.context().close();
 });
@@ -238,6 +259,88 @@ test('a point of the report is reached by arrows and taken by Enter, and keeps t
   await go_to(page, 'Orders of convergence');
   await page.keyboard.press('Enter');
   assert.equal((await focused(page)).open, true);
+  await go_to(page, 'Fit my budget');
+  await page.keyboard.press('Control+a');
+  await page.keyboard.type('1000');
+  await page.keyboard.press('Enter');
+  await go_to(page, 'Use these settings');
+  await page.keyboard.press('Enter');
+  await says(/^Taken: /)(page);
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('a defect is flown to, what stands there picked and P along its ray drawn, and a free clip turned, by keys', async () => {
+  const page = await suite.open({width: 1366, height: 768});
+  const before = await look_at_rest(page);
+  await go_to(page, /open edges: fly to the next$/);
+  await page.keyboard.press('Enter');
+  await says(/^open edges: 1 of /)(page);
+  await eventually(() => look(page), seen => seen.sum !== before.sum, 'the view flies');
+  await page.keyboard.press('p');
+  await says(/^(Cell|Voxel|Triangle) /)(page);
+  await page.locator('.ray-plot').getByRole('img', {name: /^P along the ray through \d+ voxels/}).waitFor();
+  await page.keyboard.press('Escape');
+  await says('Nothing picked')(page);
+  await page.keyboard.press('f');
+  await go_to(page, 'Clip axis');
+  await page.keyboard.press('End');
+  await page.getByRole('button', {name: /^Face me/}).waitFor();
+  const along = await look_at_rest(page);
+  await go_to(page, /^3D view/);
+  for (let k = 0; k < 6; ++k) await page.keyboard.press('ArrowLeft');
+  await go_to(page, /^Face me/);
+  await page.keyboard.press('Enter');
+  await eventually(() => look(page), seen => seen.sum !== along.sum, 'the plane turns');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('the export dialog keeps Tab, saves by Enter, and gives the focus back', async () => {
+  const page = await suite.open(small);
+  await go_to(page, 'Export');
+  await page.keyboard.press('Enter');
+  await page.getByRole('dialog', {name: 'Export'}).waitFor();
+  await go_to(page, /^Save for .*SOFA/);
+  await saves(/\.msh$/)(page, () => page.keyboard.press('Enter'));
+  await go_to(page, 'Save the parameters');
+  await saves(/\.json$/)(page, () => page.keyboard.press('Enter'));
+  for (let k = 0; k < 30; ++k) {
+    await page.keyboard.press('Tab');
+    assert.ok(await page.evaluate(() => document.activeElement === document.body || document.activeElement.closest('dialog') !== null), 'Tab stays in the dialog');
+  }
+  await page.keyboard.press('Escape');
+  assert.equal((await focused(page)).name, 'Export');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('a recording is made, opened, scrubbed and closed by keys', async () => {
+  const page = await suite.open(small);
+  page.on('filechooser', () => {});  // from now on, or the first would be too early
+  await go_to(page, 'Record (R)');
+  await page.keyboard.press('Enter');
+  await page.locator('button.recording').waitFor();
+  for (let k = 1; k <= 3; ++k) {
+    await page.keyboard.press('.');
+    await page.locator('.transport .time').filter({hasText: `step ${k} `}).waitFor();
+  }
+  const [file] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('r')]);
+  const recording = {name: file.suggestedFilename(), mimeType: '', buffer: await readFile(await file.path())};
+  await go_to(page, 'Open');
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.keyboard.press('Enter')]);
+  await chooser.setFiles(recording);
+  await page.getByRole('button', {name: 'Close the recording'}).waitFor();
+  const time = page.locator('.transport .time');
+  const frame = await go_to(page, 'Frame');
+  await page.keyboard.press('End');
+  await time.filter({hasText: 'step 3 '}).waitFor();
+  await page.keyboard.press('ArrowLeft');
+  await time.filter({hasText: 'step 2 '}).waitFor();
+  assert.equal((await focused(page)).name, frame.name);
+  await go_to(page, 'Close the recording');
+  await page.keyboard.press('Enter');
+  await page.getByRole('button', {name: 'Record (R)'}).waitFor();
   no_complaints(page);
   await page.context().close();
 });
