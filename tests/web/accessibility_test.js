@@ -53,6 +53,19 @@ for (const [width, height] of [[320, 640], [768, 1024], [3840, 2160]]) {
   });
 }
 
+test('a problem with long ways on fits a narrow page', async () => {
+  const page = await suite.open({width: 320, height: 640});
+  const problem = {title: 'Empty', status: 422, code: 'empty_result', detail: 'no voxel lies inside', hint: 'try 234 cells and 468 voxels'};
+  await page.route('**/api/v1/models?*', route => route.fulfill({json: {id: 'j0', status: 'failed', problem}}));
+  await page.getByLabel('Cells, exact value').fill('20');
+  await page.getByLabel('Cells, exact value').press('Enter');
+  await page.getByRole('button', {name: 'Set Cells to 234 and Voxels to 468'}).waitFor();
+  const overflow = await page.locator('.notices').evaluate(notices => notices.scrollWidth - notices.clientWidth);
+  assert.equal(overflow, 0);
+  no_complaints(page);
+  await page.context().close();
+});
+
 test('the page can be driven by keys alone', async () => {
   const page = await suite.open();
   await page.keyboard.press('?');
