@@ -87,9 +87,15 @@ class Planner {
     const SpringStencil& springs = soft.body.springs;
     const SolverOptions& solver = world_.scene.solver;
     if (springs.edges.empty() && springs.diagonals.empty()) return SpringIntegrator::symplectic;
+    if (is_refused(needed)) return SpringIntegrator::implicit;
     if (solver.springs != SpringIntegrator::automatic) return solver.springs;
     return needed > std::max(affordable_substeps(soft), solver.substeps) ? SpringIntegrator::implicit
                                                                          : SpringIntegrator::symplectic;
+  }
+
+  /// In fewer substeps than it needs it would blow up.
+  bool is_refused(double needed) const {
+    return world_.scene.solver.springs == SpringIntegrator::symplectic && !(needed <= most_substeps);
   }
 
   int affordable_substeps(const SceneSoftBody& soft) const {
@@ -105,6 +111,8 @@ class Planner {
         fmt::format("would need {} symplectic substeps a frame by the Gershgorin bound", needed);
     if (world_.scene.solver.springs == SpringIntegrator::automatic)
       return fmt::format("{}, more than {}", bound, affordable_substeps(soft));
+    if (is_refused(needed))
+      return fmt::format("is asked not to be, but {}, more than {}", bound, most_substeps);
     return fmt::format("is asked to be; it {}", bound);
   }
 
