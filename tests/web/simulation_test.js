@@ -232,6 +232,36 @@ test('the fields of a scene that says little show what it runs with, and moduli 
   await page.context().close();
 });
 
+test('a step takes back a play that still waits for its run', async () => {
+  const page = await suite.open(small);
+  const go_on = await hold_compiling(page);
+  await page.keyboard.press(' ');
+  await page.getByRole('button', {name: 'Pause (Space)'}).waitFor();
+  await page.keyboard.press('.');
+  await page.getByRole('button', {name: 'Play (Space)'}).waitFor();
+  go_on();
+  await page.locator('.transport .time').filter({hasText: 'step 1 '}).waitFor();
+  assert.equal((await newest_run(page)).state, 'paused');
+  no_complaints(page);
+  await page.context().close();
+});
+
+test('a run that begins anew lets go of what was grabbed in the last one', async () => {
+  const page = await suite.open(small);
+  await page.keyboard.press('g');
+  await status(page).filter({hasText: /^Grabbed /}).waitFor();
+  await page.getByLabel('Up axis of the file', {exact: true}).selectOption('z');
+  await status(page).filter({hasText: 'started again'}).waitFor();
+  const sent = [];
+  page.on('request', request => request.url().includes('/grabs/') && sent.push(request.method()));
+  await page.locator('canvas.view').focus();
+  await page.keyboard.press('ArrowRight');
+  await played_to(page, await time(page) + 0.05);
+  assert.deepEqual(sent, []);
+  no_complaints(page);
+  await page.context().close();
+});
+
 /// A mirrored block: all its tets are inverted at the start.
 const mirrored = JSON.stringify({name: 'mirrored', duration: null, frame_rate: 60, gravity: [0, 0, 0],
   solver: {volume: 'newton', constraint: 'per_cell', tolerance: 1e-6, springs: 'auto', substeps: 'auto', max_iterations: 40},

@@ -40,7 +40,7 @@ export const dragging = app => {
     if (hit.vertex !== undefined) {
       viewport.mark(at.toArray(), 0.03 * viewport.radius());
       if (simulation.state === 'paused' && !app.playback.starting) drag.started = app.toggle_play();
-      sender.send('PUT', `/simulations/${simulation.id}/grabs/1`, {body: hit.body.id, vertex: hit.vertex, target: at.toArray()});
+      sender.send('PUT', {body: hit.body.id, vertex: hit.vertex, target: at.toArray()});
     } else {
       drag.pose = hit.view.pose;
       app.select_collider(hit.body.id);
@@ -50,7 +50,7 @@ export const dragging = app => {
     drag.target = point.clone();
     if (drag.vertex !== undefined) {
       viewport.mark(point.toArray(), 0.03 * viewport.radius());
-      sender.send('PUT', `/simulations/${simulation.id}/grabs/1`, {body: drag.body.id, vertex: drag.vertex, target: point.toArray()});
+      sender.send('PUT', {body: drag.body.id, vertex: drag.vertex, target: point.toArray()});
     } else {
       const position = drag.pose.slice(0, 3).map((x, axis) => Number((x + point.getComponent(axis) - drag.start.getComponent(axis)).toFixed(4)));
       store.preview({[`scene.bodies.${drag.body.id}.position`]: position}, `move ${drag.body.name}`);
@@ -63,12 +63,13 @@ export const dragging = app => {
     viewport.controls.take(last);
   };
   const release = () => {
-    if (drag.vertex !== undefined) sender.send('DELETE', `/simulations/${simulation.id}/grabs/1`);
+    if (drag.vertex !== undefined) sender.send('DELETE');
     else store.commit();
     viewport.mark(null);
     drag = null;
     canvas.style.cursor = '';
   };
+  simulation.addEventListener('bodies', () => drag && release());  // another run, which has not been grabbed
 
   return {
     grab_middle: () => app.run(async () => {
@@ -119,15 +120,15 @@ function hover({viewport, simulation, store, pick_sim}, event) {
   viewport.canvas.style.cursor = over && !over.body.shape?.plane ? 'grab' : '';
 }
 
-/// One request on its way; of those that wait only the newest is sent.
+/// One request on its way; of those that wait only the newest is sent, to the run that there is then.
 function newest_wins(app) {
   let busy = false, next = null;
   const pump = async () => {
     busy = true;
     while (next) {
-      const [method, path, json] = next;
+      const [method, json] = next, {id} = app.simulation;
       next = null;
-      await app.run(() => app.client.send(method, path, json));
+      if (id) await app.run(() => app.client.send(method, `/simulations/${id}/grabs/1`, json));
     }
     busy = false;
   };

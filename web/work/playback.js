@@ -39,7 +39,7 @@ export class Playback {
     await this.pause();
     const wanted = (simulation.shown?.seq ?? 0) + frames;
     if (frames < 0 || !this.at_end) return simulation.show(simulation.buffer.at(Math.max(0, wanted)));
-    if (simulation.id) await simulation.client.send('POST', `/simulations/${simulation.id}/steps`, {count: frames});
+    if (simulation.id && !this.playing) await simulation.client.send('POST', `/simulations/${simulation.id}/steps`, {count: frames});
   }
 
   async restart(play = false) {
