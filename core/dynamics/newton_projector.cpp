@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "core/dynamics/newton_system.h"
+#include "core/parallel/parallel.h"
+#include "core/parallel/thread_trial.h"
 
 namespace isochor {
 namespace newton {
@@ -21,17 +24,33 @@ constexpr double worthwhile_gain = 0.9;
 /// SHAKE's directions fail where J has turned too far during the step: then they are left for the current
 /// ones.
 constexpr double slow_contraction = 0.5;
+/// What the rest of a Newton step takes, in time.
+constexpr int linear_iterations_a_step = 15;
 
 class NewtonProjector final : public VolumeProjector {
  public:
   explicit NewtonProjector(std::unique_ptr<NewtonSystem> system) : system_(std::move(system)) {}
 
   void begin_step(const Coordinates& start, double h, Coordinates& positions) override {
+    const AloneScope scope(threads_.alone());
     system_->begin_step(start, last_h_ > 0.0 ? h / last_h_ : 0.0, positions);
     last_h_ = h;
   }
 
   ProjectionResult project(const ProjectionRequest& request, Coordinates& positions) override {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point begin = Clock::now();
+    const AloneScope scope(threads_.alone());
+    const ProjectionResult result = solve(request, positions);
+    threads_.took(std::chrono::duration<double>(Clock::now() - begin).count(),
+                  result.linear_iterations + linear_iterations_a_step * result.iterations);
+    return result;
+  }
+
+  std::int64_t bytes() const override { return system_->bytes(); }
+
+ private:
+  ProjectionResult solve(const ProjectionRequest& request, Coordinates& positions) {
     system_->load(request, positions);
     ProjectionResult result;
     result.rowless_cells = system_->rowless_cells();
@@ -49,9 +68,6 @@ class NewtonProjector final : public VolumeProjector {
     return result;
   }
 
-  std::int64_t bytes() const override { return system_->bytes(); }
-
- private:
   void iterate(const ProjectionRequest& request, ProjectionResult& result) {
     // Correcting the total moves every cell by up to the largest error, so cells get half of the tolerance.
     const bool free = system_->is_free();
@@ -127,6 +143,7 @@ class NewtonProjector final : public VolumeProjector {
   }
 
   std::unique_ptr<NewtonSystem> system_;
+  ThreadTrial threads_;
   VolumeErrors errors_;
   Directions linearized_ = Directions::start;
   double last_h_ = 0.0;         ///< s

@@ -15,7 +15,7 @@
 namespace isochor {
 namespace {
 
-thread_local bool inside_parallel_region = false;
+thread_local bool inside_parallel_region = false;  ///< or in an AloneScope
 
 /// Hints the core that this is a spin loop.
 void pause() {
@@ -206,6 +206,14 @@ void set_thread_count(int count) {
 int thread_count() {
   const int wanted = wanted_threads.load();
   return wanted > 0 ? wanted : cores();
+}
+
+AloneScope::AloneScope(bool alone) : before_(inside_parallel_region) {
+  inside_parallel_region |= alone;
+}
+
+AloneScope::~AloneScope() {
+  inside_parallel_region = before_;
 }
 
 void detail::run_chunks(std::int64_t count, std::int64_t grain, Work work, ChunkFunction function,

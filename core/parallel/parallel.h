@@ -13,6 +13,18 @@ int thread_count();
 /// costs a fifth of a microsecond.
 enum class Work { uneven, alike };
 
+/// While it lives, parallel_for runs on this thread alone, if so asked.
+class AloneScope {
+ public:
+  explicit AloneScope(bool alone);
+  ~AloneScope();
+  AloneScope(const AloneScope&) = delete;
+  AloneScope& operator=(const AloneScope&) = delete;
+
+ private:
+  bool before_;
+};
+
 namespace detail {
 using ChunkFunction = void (*)(void* context, std::int64_t begin, std::int64_t end);
 void run_chunks(std::int64_t count, std::int64_t grain, Work work, ChunkFunction function, void* context);

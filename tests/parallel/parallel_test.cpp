@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "core/parallel/cancel_scope.h"
 #include "core/parallel/cancellable_range.h"
 #include "core/parallel/cancellable_sort.h"
+#include "core/parallel/thread_trial.h"
 
 namespace isochor {
 namespace {
@@ -112,6 +114,36 @@ TEST(CancellableRange, HasTheSameElementsAndEndsWithItsScope) {
   };
   EXPECT_THROW(stop_at_half(), Error);
   EXPECT_LT(seen, 60000);
+}
+
+TEST_P(Parallel, RunsOnOneThreadWithinAnAloneScope) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> elsewhere{0}, visits{0};
+  const auto visit = [&](std::int64_t, std::int64_t) {
+    ++visits;
+    elsewhere += std::this_thread::get_id() != caller;
+  };
+  {
+    const AloneScope outer(true), inner(false);
+    for (int region = 0; region < 200; ++region) parallel_for(64, 1, visit);
+  }
+  EXPECT_EQ(visits.load(), 200 * 64);
+  EXPECT_EQ(elsewhere.load(), 0);
+}
+
+TEST(ThreadTrial, TakesWhatIsSoonerAndAsksAgain) {
+  ThreadTrial trial;
+  for (const double all_threads : {2.0, 0.5}) {
+    int alone = 0;
+    for (int piece = 0; piece < ThreadTrial::trials + ThreadTrial::pieces_between; ++piece) {
+      const bool by_itself = trial.alone();
+      alone += by_itself;
+      const double late = piece % 3 == 0 ? 10.0 : 0.0;  // something else had the core
+      trial.took(3.0 * (late + (by_itself ? 1.0 : all_threads)), 3.0);
+      trial.took(100.0, 0.0);  // nothing was to be done
+    }
+    EXPECT_EQ(alone, ThreadTrial::trials / 2 + (all_threads > 1.0 ? ThreadTrial::pieces_between : 0));
+  }
 }
 
 TEST(CancellableRange, ResizesAndCopiesLikeAVector) {
