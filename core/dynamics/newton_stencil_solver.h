@@ -54,7 +54,12 @@ class StencilSolver {
     float worst = 0.0F;
   };
   Direction direction(int i) const;
-  float start(const double* errors);
+  struct Start {
+    float worst;
+    double square;
+  };
+  Start start(const double* errors);
+  Products sum_products() const;
   void apply(const EarlierDirections& earlier, float* image, double* products);
   void apply_carriers(const EarlierDirections& earlier, float* image, double* products);
   template <class Before, class After>

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <limits>
+#include <numbers>
 
 #include "core/dynamics/cell_volume.h"
 #include "core/dynamics/inversion.h"
@@ -339,6 +341,25 @@ TEST(Newton, SurvivesAnyNumbers) {
   }
   Coordinates squashed = transformed(body, squash(0.9));  // what overflowed before must not stay
   EXPECT_TRUE(projector->project({.start = &start}, squashed).converged);
+}
+
+/// Turned by that much within the step, gradients at its start lead nowhere: the linear solve sees it in tens
+/// of iterations, not in a hundred, and the current ones lead to the volume.
+TEST(Newton, SoonLeavesDirectionsThatLeadNowhere) {
+  const Body body = make_box(Vec3i::Constant(4));
+  const Coordinates start(body.mesh.positions);
+  for (const double degrees : {90.0, 120.0}) {
+    Coordinates points = randomized(body, 0.3);
+    const Eigen::AngleAxisd turn(degrees * std::numbers::pi / 180.0, Vec3(1.0, 2.0, 3.0).normalized());
+    for (std::size_t i = 0; i < points.size(); ++i) points.set(i, turn * points.at(i));
+    ProjectionRequest request;
+    request.start = &start;
+    request.tolerance = 1e-6;
+    const ProjectionResult result = make_newton_projector(body.model())->project(request, points);
+    EXPECT_TRUE(result.converged);
+    EXPECT_FALSE(result.kept_directions);
+    EXPECT_LT(result.linear_iterations, 80) << degrees;
+  }
 }
 
 TEST(Newton, MeetsOneConstraintATet) {
