@@ -127,6 +127,8 @@ bool TetInequality::lift(const SoftBody& body, const ProjectionRequest& request,
     excess_ = 0.5 * (1.0 + excess_);
   else
     excess_ = left < 1.0 ? std::min(excess_ / (1.0 - left), largest_excess) : 1.0;
+  // What contacts hold in all corners, they did not let go: twice the force.
+  letting_go_ = round > 0 && lifts_.empty() && left >= 1.0 ? 2.0 * letting_go_ : 1.0;
   missing_ = missing;
   lifts_.clear();
   bool lifted = true;
@@ -199,7 +201,7 @@ bool TetInequality::raise(const SoftBody& body, std::int64_t t, const Coordinate
   const double farthest = largest_displacement * body.cell_size;
   if (may_let_go && own < held * unheld) {
     // All four lie on a surface: the force alone, which lets contacts go.
-    const double mu = std::min(missing / unheld, farthest / unheld_longest);
+    const double mu = std::min(letting_go_ * missing / unheld, farthest / unheld_longest);
     for (int k = 0; k < 4; ++k) mobility_.record(tet[k], mu * along[k]);
     return false;
   }

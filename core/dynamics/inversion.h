@@ -41,8 +41,9 @@ class TetInequality {
   std::vector<std::int32_t> tets_begin_, tets_of_;  ///< the tets of a particle
   std::vector<std::uint64_t> pending_;              ///< a bit a tet: a particle of it has moved
   std::vector<Lift> lifts_;                         ///< of the last round
-  double missing_ = 0.0;  ///< before it: volume over that of the bound, summed over the tets below
-  double excess_ = 1.0;   ///< factor of its lifts
+  double missing_ = 0.0;     ///< before it: volume over that of the bound, summed over the tets below
+  double excess_ = 1.0;      ///< factor of its lifts
+  double letting_go_ = 1.0;  ///< factor of the forces on contacts that hold a tet in all corners
 };
 
 /// Pulls cells whose ‖∇V‖ has fallen under 1e-6 of its rest value (flattened to a line or a point, where no

@@ -66,6 +66,7 @@ StepStats Stepper::frame(double seconds, const Progress& progress) {
   const double h = seconds / world_.substeps, asked = asked_tolerance();
   stats_.smallest_h = h;
   bool rough = false;
+  begin_at_ = 0;
   start();
   for (int s = 0; s < world_.substeps; ++s) {
     progress.throw_if_cancelled();
@@ -128,7 +129,19 @@ void Stepper::advance_rigid(double h) {
 void Stepper::advance_jointed(double h) {
   const int parts = world_.rigid.substeps_for(h);
   stats_.smallest_h = std::min(stats_.smallest_h, h / parts);
-  for (int part = 0; part < parts; ++part) advance(h / parts, 0);
+  for (int part = 0; part < parts; ++part) {
+    deepest_ = 0;
+    advance(h / parts, 0);
+    const bool helped = std::ranges::none_of(
+        world_.soft, [](const SceneSoftBody& soft) { return soft.inverted || soft.halts_in_a_row > 0; });
+    begin_at_ = !helped ? 0 : deepest_ > begin_at_ ? deepest_ : std::max(begin_at_ - 1, 0);
+  }
+}
+
+void Stepper::advance_halves(double h, int halvings) {
+  stats_.smallest_h = std::min(stats_.smallest_h, 0.5 * h);
+  advance(0.5 * h, halvings + 1);
+  advance(0.5 * h, halvings + 1);
 }
 
 void Stepper::start_rigid(double h) {
@@ -139,6 +152,7 @@ void Stepper::start_rigid(double h) {
 }
 
 void Stepper::advance(double h, int halvings) {
+  if (halvings < begin_at_) return advance_halves(h, halvings);
   const bool may_halve = std::ranges::all_of(world_.soft, [&](const SceneSoftBody& soft) {
     return halvings + soft.halts_in_a_row < max_halvings;  // parts that were all taken back helped nothing
   });
@@ -156,10 +170,8 @@ void Stepper::advance(double h, int halvings) {
   const bool inverted = std::ranges::any_of(world_.soft, &SceneSoftBody::inverted);
   if (((inverted && !began_inverted) || unbalanced) && step.may_halve) {
     take_back(before);
-    stats_.smallest_h = std::min(stats_.smallest_h, 0.5 * h);
-    advance(0.5 * h, halvings + 1);
-    advance(0.5 * h, halvings + 1);
-    return;
+    if (inverted) deepest_ = std::max(deepest_, halvings + 1);
+    return advance_halves(h, halvings);
   }
   bool* turned = nullptr;
   if (lifting_ && inverted && !began_inverted)

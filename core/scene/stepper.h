@@ -28,8 +28,10 @@ class Stepper {
   void start_rigid(double h);
   /// Halves the substep while a tet inverts or an implicit solve fails, at most 5 times. Tets that invert
   /// even so halt the body, or are left to recovery at the end: lifts that never ended have thrown what is a
-  /// million times heavier.
+  /// million times heavier. What a substep of a frame needed, the next one begins with, and one less after
+  /// each that needed no more.
   void advance(double h, int halvings);
+  void advance_halves(double h, int halvings);
   /// Back to the start of the substep, and to the frame's figures before it.
   void take_back(const StepStats& before);
   void predict(const Substep& step, SceneSoftBody& soft);
@@ -45,6 +47,8 @@ class Stepper {
   World& world_;
   EnergyGuard guard_;
   double tolerance_ = 0.0;  ///< of the present substep's volumes
+  int begin_at_ = 0;        ///< halvings that tets needed lately: substeps begin with them
+  int deepest_ = 0;         ///< halvings for tets within the present substep
   bool together_ = false;   ///< no body is stepped by itself
   bool lifting_ = true;     ///< tets that invert are lifted within the substep
   StepStats stats_;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
@@ -404,6 +405,24 @@ TEST(Extremes, FeasibleIsWhatEndsWithItsVolumes) {
   }
 }
 
+/// The first substep of an impact that tets take more than their lifts for is taken again in halves, and so
+/// the next one begins: what failed once is not tried anew.
+TEST(Extremes, ASubstepBeginsWithTheHalvingsThatTheLastOneNeeded) {
+  constexpr int substeps = 8;
+  Progress quiet;
+  Scene scene = cube_at_rest(4);
+  auto& body = std::get<DeformableBody>(scene.bodies[0].kind);
+  body.edge_stiffness = body.diagonal_stiffness = 3e4;
+  scene.solver.substeps = substeps;
+  scene.bodies[0].position = Vec3(0.1, 1.1, 0.05);
+  scene.bodies[0].velocity = Vec3(0.0, -60.0, 0.0);
+  add_fixed(scene, "ball", SphereShape{0.5}, Vec3::Zero());
+  const auto simulation = compile(scene, quiet);
+  int most = 0;
+  for (int i = 0; i < 2; ++i) most = std::max(most, simulation->step(quiet).metrics.substeps);
+  EXPECT_GE(most, substeps + 2);  // one more for that which failed, and one for the next
+}
+
 /// Flattened by its own weight so that all corners of a tet come to lie on the ground, from where no
 /// displacement along the ground leads: contacts have to let one go, or the cube stands still for ever.
 TEST(Extremes, ATetPressedFlatOnTheGroundIsLifted) {
@@ -420,6 +439,26 @@ TEST(Extremes, ATetPressedFlatOnTheGroundIsLifted) {
     EXPECT_GT(m.kinetic_energy, 1.0) << i;
     EXPECT_LE(m.max_cell_volume_error, 1e-6);
     EXPECT_EQ(m.inverted, 0);
+  }
+}
+
+/// The force that lets it go grows until it does, within the substep: none is taken again in halves.
+TEST(Extremes, ATetHeldFlatIsLetGoWithoutHalving) {
+  Progress quiet;
+  for (const double stiffness : {50.0, 150.0}) {
+    Scene scene = cube_at_rest(3);
+    scene.gravity = Vec3(0.0, -9.81, 0.0);
+    scene.solver.substeps = 4;
+    auto& body = std::get<DeformableBody>(scene.bodies[0].kind);
+    body.edge_stiffness = stiffness, body.diagonal_stiffness = 0.5 * stiffness;
+    scene.bodies[0].position = Vec3(0.0, 0.5, 0.0);
+    add_fixed(scene, "floor", PlaneShape{}, Vec3::Zero());
+    const auto simulation = compile(scene, quiet);
+    for (int i = 0; i < 60; ++i) {
+      const Metrics m = simulation->step(quiet).metrics;
+      EXPECT_EQ(m.substeps, 4) << stiffness << " N/m, frame " << i;
+      EXPECT_EQ(m.inverted, 0);
+    }
   }
 }
 
