@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "core/scene/substep.h"
 #include "core/scene/surface_collision.h"
 
@@ -10,6 +12,8 @@ constexpr int max_rounds = 8;
 constexpr int friction_rounds = 5;
 /// Later, contacts keep their triangles, or a vertex near an edge would go back and forth.
 constexpr int moving_rounds = 3;
+/// So many rounds in a row whose pressures end nowhere are the last of a substep that can be halved.
+constexpr int rounds_in_vain = 3;
 /// Gap that a substep leaves alone, in cells; frames promise a tenth of a percent.
 constexpr double gap_tolerance = 2e-5;
 constexpr double gap_promised = 1e-3;
@@ -42,8 +46,13 @@ bool collide(const Substep& step) {
     for (std::size_t b = 0; b < world.soft.size(); ++b)
       if (surfaces.touches(b)) visit(world.soft[b]);
   };
+  const auto hopeless = [&](int in_vain) {
+    return step.may_halve && (in_vain == rounds_in_vain ||
+                              std::ranges::any_of(world.soft, has_burst, &SceneSoftBody::projection));
+  };
+  if (hopeless(0)) return false;
   contacts.recall();
-  for (int round = 0; round < max_rounds; ++round) {
+  for (int round = 0, in_vain = 0; round < max_rounds; ++round) {
     bool changed = false;
     world.phases.run(Phase::surface_contacts, [&] {
       changed = surfaces.update(round < moving_rounds);
@@ -56,7 +65,8 @@ bool collide(const Substep& step) {
     });
     contacts.take_forces();
     if (!changed && contacts.holds(gap_tolerance)) break;
-    contacts.solve(projector, tolerance, gap_tolerance);
+    in_vain = contacts.solve(projector, tolerance, gap_tolerance) ? 0 : in_vain + 1;
+    if (hopeless(in_vain)) return false;
   }
   bool lifted = false;
   for_touched([&](SceneSoftBody& soft) { lifted |= lift_inverted(step, soft); });

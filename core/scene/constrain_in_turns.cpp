@@ -59,7 +59,9 @@ void constrain_in_turns(const Substep& step) {
     constrain(step, soft);
   }
   const auto failed = [&] {
-    return step.may_halve && std::ranges::any_of(world.soft, &SceneSoftBody::unbalanced);
+    return step.may_halve && std::ranges::any_of(world.soft, [](const SceneSoftBody& soft) {
+             return soft.unbalanced || has_burst(soft.projection);
+           });
   };
   shared |= world.soft.size() > 1 && any_shared(world);
   Substep turn = step;
