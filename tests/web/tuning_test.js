@@ -61,6 +61,17 @@ test('only the stages after a change are made anew, and the others say that they
   assert.ok(await reset.isHidden());
 });
 
+test('what is typed into a whole number is rounded to one', async () => {
+  await exact('Smoothing iterations').fill('2.6');
+  await exact('Smoothing iterations').press('Enter');
+  await exact('Smoothing step').focus();
+  assert.equal(await exact('Smoothing iterations').inputValue(), '3');
+  await badge('Smoothing').filter({hasText: / m?s$/}).waitFor();
+  await page.getByRole('button', {name: 'Reset Smoothing iterations'}).click();
+  await tets_ready(page);
+  assert.equal(await page.locator('.problem-card').count(), 0);
+});
+
 test('a preview asks for the next and begins its picture before the panels are written, which keep their parts', async () => {
   const bin = page.locator('.bin').nth(3);
   const before = await bin.elementHandle(), made_before = await tets(page);

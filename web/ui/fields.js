@@ -2,7 +2,7 @@ import {h, unique_id} from './dom.js';
 import {icon} from './icons.js';
 
 /// A value of the state as slider and exact number, with unit, explanation and reset.
-/// options: {path, title, unit, meaning, min, max, step, fallback, logarithmic, settle}.
+/// options: {path, title, unit, meaning, type, min, max, step, fallback, logarithmic, settle}.
 export function number_field(store, options) {
   const {path, title, unit = '', min, max, step, fallback, logarithmic} = options;
   const id = unique_id('field');
@@ -18,9 +18,9 @@ export function number_field(store, options) {
   slider.addEventListener('input', () => store.preview(changes(from_slider(slider.value)), title));
   slider.addEventListener('change', () => store.commit());
   exact.addEventListener('change', () => {
-    const value = Math.min(max, Math.max(min, Number(exact.value)));
+    const typed = Number(exact.value), value = Math.min(max, Math.max(min, options.type === 'integer' ? Math.round(typed) : typed));
     if (exact.value !== '' && Number.isFinite(value)) store.set(changes(value), title);
-    show();
+    exact.value = short(store.get(path) ?? fallback);  // as it was taken
   });
   const reset = reset_button(title, () => store.set(changes(fallback), `reset ${title}`));
   const show = () => {
