@@ -12,7 +12,7 @@ struct ContactPlane {
   double offset = 0.0;
   Vec3 surface_shift = Vec3::Zero();  ///< of the surface's material during the substep
   double friction = 0.0, restitution = 0.0;
-  bool emerging = false;  ///< the particle began within the body, and the plane is still within it
+  double emerging = 0.0;  ///< m that a particle which began within the body comes out by in the substep
   double approach = 0.0;  ///< normal velocity between particle and surface at the substep's start, m/s
 };
 

@@ -401,7 +401,7 @@ Vec3 ParticleContacts::push(const SoftBody& body) const {
 bool ParticleContacts::emerging() const {
   return std::ranges::any_of(particles_, [](const Contact& contact) {
     return std::any_of(contact.plane.begin(), contact.plane.begin() + contact.planes,
-                       [](const ContactPlane& plane) { return plane.emerging; });
+                       [](const ContactPlane& plane) { return plane.emerging > 0.0; });
   });
 }
 
@@ -414,6 +414,17 @@ double ParticleContacts::work(const SoftBody& body) const {
   double sum = 0.0;
   for (const Contact& contact : particles_)
     if (contact.planes > 0) sum += reaction(body, contact).dot(mean_shift(contact));
+  return sum / (h_ * h_);
+}
+
+double ParticleContacts::emerging_work(const SoftBody& body) const {
+  double sum = 0.0;
+  for (const Contact& contact : particles_) {
+    const ContactDirections directions = directions_of(contact);
+    const Vec3 pushed = reaction(body, contact);
+    for (int k = 0; k < contact.planes; ++k)
+      sum += contact.plane[k].emerging * std::max(directions.dual[k].dot(pushed), 0.0);
+  }
   return sum / (h_ * h_);
 }
 

@@ -103,6 +103,8 @@ class ParticleContacts {
   double work(const SoftBody& body) const;
   /// Some particle began the substep within a body and is on its way out.
   bool emerging() const;
+  /// What pushes these out does on them by that, J: the normal reactions by the ways out.
+  double emerging_work(const SoftBody& body) const;
   /// A surface in contact moves in this substep.
   bool on_the_move() const;
 

@@ -134,8 +134,8 @@ class RigidSweep {
   /// What began within the body by more than that does not come out at once.
   void leave_within(double distance_at_start, ContactPlane& plane) const {
     if (distance_at_start >= -slop_) return;
-    plane.offset -= std::max(-distance_at_start - recovered_, 0.0);
-    plane.emerging = true;
+    plane.emerging = std::min(-distance_at_start, recovered_);
+    plane.offset += distance_at_start + plane.emerging;
   }
 
   // Inside at the end, the nearest surface counts, unless it is the far side of what the path went into. From

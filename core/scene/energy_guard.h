@@ -50,8 +50,8 @@ class EnergyGuard {
   template <class Visit>
   void for_rigid(int group, const Visit& visit) const;
   bool is_in_contact(const SceneSoftBody& soft) const;
-  /// At which surfaces that it comes out of move it, whatever energy that takes; 0 where it does not.
-  double emerging_speed(int group) const;
+  /// What surfaces that it comes out of have done on it.
+  double emerging_work(int group) const;
   bool can_halt_group(int group) const;
   bool has_no_room(const Substep& step, int group, bool feasible) const;
   Sums sum(int group, At when, bool turning) const;
