@@ -50,7 +50,8 @@ class EnergyGuard {
   template <class Visit>
   void for_rigid(int group, const Visit& visit) const;
   bool is_in_contact(const SceneSoftBody& soft) const;
-  /// What surfaces that it comes out of have done on it.
+  /// At which surfaces that it comes out of move it, 0 where it does not, and what they have done on it.
+  double emerging_speed(int group) const;
   double emerging_work(int group) const;
   bool can_halt_group(int group) const;
   bool has_no_room(const Substep& step, int group, bool feasible) const;

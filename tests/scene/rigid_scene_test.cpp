@@ -351,20 +351,29 @@ INSTANTIATE_TEST_SUITE_P(RigidScene, WhatIsPushedOntoALightBox,
                                          LightBox{0.8 + 1e-10, 0.05645957859585672, 5.0},
                                          LightBox{0.8, 0.02, 4.0}, LightBox{0.8, 0.005, 5.0}));
 
-/// 64 kg, a quarter of a metre deep: to lift them takes 157 J, and at six cells a second they have 12 J.
-TEST(RigidScene, WhatComesOutOfASphereGainsLittleMoreThanItsLift) {
-  const auto simulation = compile_text(R"({"duration":0.5,"bodies":[
-    {"name":"cube","type":"deformable","lattice":{"cells":[4,4,4],"cell_size":0.1,"origin":[-0.2,-0.25,-0.2]},
-     "edge_stiffness":1e4,"diagonal_stiffness":1e4},
-    {"name":"ball","type":"rigid","shape":{"sphere":{"radius":0.3}},"position":[0.05,-0.3,0.02],"static":true}]})");
+/// One particle on its way out of the box is no reason for the cubes to gain a twelfth of their energy in a
+/// frame.
+TEST(RigidScene, ALightBoxBetweenCubesGivesThemNoEnergy) {
+  const auto cube = [](const char* name, const char* origin) {
+    return fmt::format(
+        R"({{"name":"{}","type":"deformable","lattice":{{"cells":[4,4,4],"cell_size":0.1,"origin":{}}},
+    "edge_stiffness":1e4,"diagonal_stiffness":1e4,"damping":0.002}})",
+        name, origin);
+  };
+  const auto simulation =
+      compile_text(R"({"duration":0.6,"bodies":[
+    {"name":"floor","type":"rigid","shape":{"plane":{}},"static":true},)" +
+                   cube("below", "[-0.2,0,-0.2]") + R"(,
+    {"name":"box","type":"rigid","mass":0.056,"position":[0.01,0.44,0.005],
+     "shape":{"box":{"half_extents":[0.08,0.03,0.08]}}},)" +
+                   cube("above", "[-0.19666666666666668,0.48000000000000004,-0.2]") + "]}");
   Progress quiet;
   Snapshot frame = simulation->snapshot();
   const double energy = frame.metrics.kinetic_energy + frame.metrics.potential_energy;
   while (!simulation->finished()) {
     frame = simulation->step(quiet);
-    EXPECT_LE(frame.metrics.kinetic_energy + frame.metrics.potential_energy, energy + 1.5 * 169.0) << frame.t;
+    EXPECT_LE(frame.metrics.kinetic_energy + frame.metrics.potential_energy, energy) << frame.t;
   }
-  EXPECT_LE(frame.metrics.max_penetration, 1e-4);
 }
 
 struct TwoWay {
