@@ -9,7 +9,7 @@ const slow_picture = 30, very_slow_picture = 60, settled = 250, poll = 2;  // mi
 export const fine_layer = 1;
 
 /// The canvas, its camera and its light; draws only when asked to. Layers add their objects to `scene` (world) or
-/// `model` (the mesh's own coordinates, placed as the body stands in the world). Events: picture (drawn, in how many ms).
+/// `model` (the mesh's own coordinates, placed as the body stands in the world). Events: picture (drawn: begun when, in how many ms).
 export class Viewport extends EventTarget {
   constructor(store) {
     super();
@@ -177,7 +177,7 @@ export class Viewport extends EventTarget {
       const ms = performance.now() - from;
       if (sharpness === 1) this.sharp_ms = ms;
       if (this.fence === fence) this.fence = null;
-      this.dispatchEvent(new CustomEvent('picture', {detail: ms}));
+      this.dispatchEvent(new CustomEvent('picture', {detail: {from, ms}}));
     };
     setTimeout(look);
   }

@@ -36,7 +36,7 @@ export const dragging = app => {
   const begin = hit => {
     const at = new THREE.Vector3(...hit.point);
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(viewport.camera.getWorldDirection(new THREE.Vector3()), at);
-    drag = {...hit, plane, start: at.clone(), target: at};
+    drag = {...hit, plane, start: at.clone(), target: at, run: simulation.id};
     if (hit.vertex !== undefined) {
       viewport.mark(at.toArray(), 0.03 * viewport.radius());
       if (simulation.state === 'paused' && !app.playback.starting) drag.started = app.toggle_play();
@@ -47,6 +47,7 @@ export const dragging = app => {
     }
   };
   const move_to = point => {
+    if (drag.run !== simulation.id) return release();
     drag.target = point.clone();
     if (drag.vertex !== undefined) {
       viewport.mark(point.toArray(), 0.03 * viewport.radius());
@@ -63,8 +64,8 @@ export const dragging = app => {
     viewport.controls.take(last);
   };
   const release = () => {
-    if (drag.vertex !== undefined) sender.send('DELETE');
-    else store.commit();
+    if (drag.vertex === undefined) store.commit();
+    else if (drag.run === simulation.id) sender.send('DELETE');
     viewport.mark(null);
     drag = null;
     canvas.style.cursor = '';

@@ -73,7 +73,7 @@ export class Meshing extends EventTarget {
     });
     give_way();
     take();
-    Object.assign(this, {mesh, sample, origin: origin_of(mesh.report.bounds), made_with: null});
+    Object.assign(this, {mesh, sample, origin: origin_of(mesh.report.bounds), made_with: null, preview: false});
     this.model = this.cells = this.voxels = this.problem = null;
     const geometry = load(this.client, ...geometry_of(mesh, this.origin));
     this.request(false);
@@ -123,6 +123,7 @@ export class Meshing extends EventTarget {
     this.busy = true;
     this.previewing = live;
     this.started = performance.now();
+    if (!live) this.problem = null;  // of what was asked for before
     this.mark_changed(params);
     try {
       const made = await this.make_model(model_request(mesh, params, live && preview_cells[this.detail]), abort);
@@ -161,8 +162,10 @@ export class Meshing extends EventTarget {
     cells ??= await load(this.client, `/models/${model_id}`, 'load_cells', this.origin);
     if (asked < this.asked || mesh !== this.mesh) return;
     Object.assign(this, {model, cells, voxels: null, problem: null, preview: live, made_with: structuredClone(params)});
-    this.took_ms = performance.now() - this.started;
-    this.unpaced = live;
+    const now = performance.now();
+    this.took_ms = now - this.started;
+    // Of a preview whose picture is awaited. The first of a mesh makes its distance field, and says nothing of the next.
+    this.unpaced = live && model.stages[0].reused ? {since: now} : null;
     const made = Object.fromEntries(model.stages.map(({name, ms, reused}) => [name, {state: 'fresh', ms, reused}]));
     for (const name of stage_names) this.stages[name] = made[name] ?? {...this.stages[name], state: 'stale'};  // of a preview
     if (this.abort === abort) this.go_on();  // the server works while this model is drawn
@@ -171,9 +174,10 @@ export class Meshing extends EventTarget {
   }
 
   /// Chooses how coarse the next previews are, by what this one and its picture took.
-  pace(picture_ms) {
-    if (!this.unpaced) return;
-    this.unpaced = false;
+  pace({from, ms}) {
+    if (!this.unpaced || from < this.unpaced.since) return;  // of what was drawn before
+    const picture_ms = from - this.unpaced.since + ms;
+    this.unpaced = null;
     const last = 2 * this.took_ms + picture_ms;  // of a move just after it was asked for
     if (last > too_long) this.detail = Math.max(0, this.detail - 1);
     else if (last < short) this.detail = Math.min(preview_cells.length - 1, this.detail + 1);
@@ -181,13 +185,14 @@ export class Meshing extends EventTarget {
 
   /// Of a preview that is empty nothing is said: it is coarse, and the whole model may have cells.
   fail(problem, live = false) {
+    const phase = this.job?.phase;
+    this.job = null;
     for (const stage of Object.values(this.stages)) if (stage.state === 'running') stage.state = 'stale';
     if (live && problem.code === 'empty_result') return this.tell('stages');
     this.problem = problem;
     // Of an empty model the phase is that of the settings that were tried after it.
-    const failed = problem.code === 'empty_result' ? 'lattice' : this.job?.phase ?? stage_names.find(name => this.stages[name].state === 'stale');
+    const failed = problem.code === 'empty_result' ? 'lattice' : phase ?? stage_names.find(name => this.stages[name].state === 'stale');
     if (this.stages[failed] && problem.code !== 'server_lost') this.stages[failed].state = 'failed';
-    this.job = null;
     this.tell('stages');
     this.tell('problem');
   }

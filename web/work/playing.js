@@ -90,7 +90,7 @@ export const playing = app => {
       await start(ready_and_shown);
     }),
     step: frames => app.run(async () => {
-      playback.set_starting(false);
+      if (playback.starting) playback.set_starting(false);
       await ready_and_shown();
       await playback.step(frames);
     }),
