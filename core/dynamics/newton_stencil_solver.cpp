@@ -246,7 +246,7 @@ StencilSolver::Start StencilSolver::start(const double* errors) {
 }
 
 int StencilSolver::solve(const double* errors, double tolerance, int most_iterations) {
-  // Slow progress is no reason to stop, but none at all is: then the rows contradict each other.
+  // Near round-off slow progress is no stall, but none at all is: then the rows contradict each other.
   constexpr int patience = 100;
   Stall stall;
   auto [worst, square] = start(errors);
@@ -265,11 +265,11 @@ int StencilSolver::solve(const double* errors, double tolerance, int most_iterat
     if (!(product.with_itself > 0.0) || !std::isfinite(product.with_itself)) break;
     worst = advance(static_cast<float>(product.with_residual / product.with_itself), next);
     square -= product.with_residual * product.with_residual / product.with_itself;
-    if (stall.is_seen(square)) break;
     earlier.at[iteration % depth] = next;
     norms[iteration % depth] = product.with_itself;
     earlier.count = std::min(earlier.count + 1, depth);
     ++iteration;
+    if (stall.is_seen(square)) break;
     since_best = worst < 0.9F * best ? 0 : since_best + 1;
     best = std::min(best, worst);
   }

@@ -77,7 +77,8 @@ void check_budget(const SoupSize& soup, const MeshingOptions& options, std::int6
 /// Three quarters of this machine's memory, which AuthoringPipeline keeps to.
 std::int64_t memory_budget();
 
-/// Cells along the longest edge of a preview, unless fewer are asked for: more are not drawn within 100 ms.
+/// Cells along the longest edge of a preview, unless fewer are asked for: more are not drawn within 100 ms,
+/// fewer show no shape.
 constexpr int most_preview_cells = 32, least_preview_cells = 8;
 
 /// The same model with so many cells at most, at two voxels a cell, thresholds kept as distances: an answer

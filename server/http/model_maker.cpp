@@ -29,6 +29,7 @@ double overall(std::string_view phase, double fraction) {
   return 0.0;
 }
 
+/// Halved, so that every step of a slider shows.
 MeshingOptions with_preview_cells(MeshingOptions options, int most) {
   while (options.lattice.cells > most) options.lattice.cells = (options.lattice.cells + 1) / 2;
   return options;
