@@ -75,10 +75,27 @@ DirectSolver::Equation DirectSolver::equation_of(const ConstraintSet& set, const
   return equation;
 }
 
-void DirectSolver::choose(const ConstraintSet& set, std::span<const SolverBody> bodies, Sliding sliding) {
-  equations_.clear();
+void DirectSolver::put_in_order(const ConstraintSet& set, std::span<const SolverBody> bodies) {
+  const auto moves = [&](int body) { return bodies[index(body)].inverse_mass > 0.0; };
+  groups_.reset(bodies.size());
+  order_.clear();
   for (const ConstraintBlock& block : set.blocks) {
-    if (block.idle) continue;
+    const ConstraintRow& row = set.rows[index(block.first)];
+    if (!block.idle && moves(row.a) && moves(row.b)) groups_.join(row.a, row.b);
+  }
+  for (int b = 0; b < static_cast<int>(set.blocks.size()); ++b) {
+    const ConstraintBlock& block = set.blocks[index(b)];
+    const ConstraintRow& row = set.rows[index(block.first)];
+    if (!block.idle) order_.push_back({groups_.root(moves(row.a) ? row.a : row.b), b});
+  }
+  std::ranges::sort(order_);
+}
+
+void DirectSolver::choose(const ConstraintSet& set, std::span<const SolverBody> bodies, Sliding sliding) {
+  put_in_order(set, bodies);
+  equations_.clear();
+  for (const Place& place : order_) {
+    const ConstraintBlock& block = set.blocks[index(place.block)];
     const ConstraintRow* rows = &set.rows[index(block.first)];
     int count = block.count;
     bool sticks = false;
@@ -90,6 +107,7 @@ void DirectSolver::choose(const ConstraintSet& set, std::span<const SolverBody> 
     for (int i = 0; i < count; ++i) {
       equations_.push_back(equation_of(set, block, i));
       equations_.back().sticks = sticks;
+      equations_.back().group = place.group;
     }
     if (block.contact && count == 1 && block.friction > 0.0 && sliding == Sliding::with_friction)
       add_friction(rows, bodies);
@@ -166,9 +184,10 @@ bool DirectSolver::solve(ConstraintSet& set, std::span<SolverBody> bodies, doubl
 /// The part of the way to the solution on which no contact comes to pull and none leaves Coulomb's cone, and
 /// the contact that is about to pull. The way as far as that lowers the energy for certain; beyond, the
 /// choice of equations was wrong.
-double DirectSolver::feasible_step(const ConstraintSet& set, const ConstraintBlock*& parting) const {
+double DirectSolver::feasible_step(const ConstraintSet& set, const Range& range,
+                                   const ConstraintBlock*& parting) const {
   double step = 1.0;
-  for (std::size_t i = 0; i < equations_.size(); ++i) {
+  for (std::size_t i = range.begin; i < range.end; ++i) {
     const Equation& equation = equations_[i];
     if (!equation.normal) continue;
     const ConstraintRow* rows = &set.rows[index(equation.block->first)];
@@ -181,10 +200,21 @@ double DirectSolver::feasible_step(const ConstraintSet& set, const ConstraintBlo
   return step;
 }
 
+/// Each group as far as it may: the shortest of their steps.
 double DirectSolver::advance(ConstraintSet& set, std::span<SolverBody> bodies) {
+  double shortest = 1.0;
+  for (Range range{0, 0}; range.end < equations_.size(); range.begin = range.end) {
+    const int group = equations_[range.begin].group;
+    while (range.end < equations_.size() && equations_[range.end].group == group) ++range.end;
+    shortest = std::min(shortest, advance(set, range, bodies));
+  }
+  return shortest;
+}
+
+double DirectSolver::advance(ConstraintSet& set, const Range& range, std::span<SolverBody> bodies) {
   const ConstraintBlock* parting = nullptr;
-  const double step = feasible_step(set, parting);
-  for (std::size_t i = 0; i < equations_.size(); ++i) {
+  const double step = feasible_step(set, range, parting);
+  for (std::size_t i = range.begin; i < range.end; ++i) {
     Equation& equation = equations_[i];
     ConstraintRow* rows = &set.rows[index(equation.block->first)];
     equation.row.impulse += step * unknowns_[i];
@@ -197,8 +227,8 @@ double DirectSolver::advance(ConstraintSet& set, std::span<SolverBody> bodies) {
       ConstraintRow& row = set.rows[index(parting->first + i)];
       give(row, -row.impulse, bodies);
     }
-  for (const Equation& equation : equations_)
-    if (equation.normal && !equation.sticks)
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    if (const Equation& equation = equations_[i]; equation.normal && !equation.sticks)
       put_on_cone(&set.rows[index(equation.block->first)], equation.block->friction, bodies);
   return step;
 }
